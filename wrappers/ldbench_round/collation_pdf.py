@@ -4,7 +4,6 @@ from __future__ import annotations
 import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -339,18 +338,12 @@ def stack(title: str, facts: str, tables: Sequence[Table]) -> Figure:
 
 
 # ---- the document --------------------------------------------------------------------
-def chapters_of(pickled: bytes, tasks: Sequence[Task], target: Path) -> list[Part]:
-    """The chapters of some simulations, in one file."""
+def parts_of(pickled: bytes, tasks: Sequence[Task], target: Path) -> list[Part]:
+    """The chapters of some simulations in one file; without a simulation, the matrix with the codes, and the grades."""
     found: Collation = pickle.loads(pickled)
+    chapters = [(capital(task.words), chapter(found, task)) for task in tasks] or \
+        [("Codes", matrix_pages(found)), ("Grades", grade_pages(found))]
     with ldbench_style():
-        return [part for part in save_parts(target, [(capital(task.words), chapter(found, task)) for task in tasks]) if part.pages]
-
-
-def front_of(pickled: bytes, target: Path) -> list[Part]:
-    """The matrix with the codes, and the grades."""
-    found: Collation = pickle.loads(pickled)
-    with ldbench_style():
-        chapters = ("Codes", matrix_pages(found)), ("Grades", grade_pages(found))
         return [part for part in save_parts(target, chapters) if part.pages]
 
 
@@ -359,9 +352,7 @@ def make_document(found: Collation, target: Path, jobs: int | None = None) -> in
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
     pickled = pickle.dumps(found, pickle.HIGHEST_PROTOCOL)
-    pairs = [found.tasks[k:k + 2] for k in range(0, len(found.tasks), 2)]
-    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(pairs) + 1) as pool:
-        front = pool.submit(partial(front_of, pickled), Path(scratch)/"front.pdf")
-        asked = [pool.submit(chapters_of, pickled, pair, Path(scratch)/f"{k}.pdf") for k, pair in enumerate(pairs)]
-        parts = [*front.result(), *(part for one in asked for part in one.result())]
-        return bind(parts, target, "ldbench: collation of codes")
+    files = [(), *(found.tasks[k:k + 2] for k in range(0, len(found.tasks), 2))]
+    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(files)) as pool:
+        asked = [pool.submit(parts_of, pickled, tasks, Path(scratch)/f"{k}.pdf") for k, tasks in enumerate(files)]
+        return bind([part for one in asked for part in one.result()], target, "ldbench: collation of codes")

@@ -51,6 +51,7 @@ def plain(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
+@lru_cache
 def patterns() -> dict[str, re.Pattern[str]]:
     """What a name has to be for every column of ours."""
     found = {column: re.compile(rf"(?:{words})") for column, words in MOTION.items()}
@@ -157,16 +158,11 @@ def by_words(name: str) -> set[str]:
 
 
 @lru_cache
-def _known() -> dict[str, re.Pattern[str]]:
-    return patterns()
-
-
-@lru_cache
 def meanings(name: str, unit: str = "") -> frozenset[str]:
     """The columns of ours that a name of another code may stand for; with a unit, those of its kind."""
     word = plain(name)
-    exact = {column for column in _known() if plain(column) == word}
-    found = exact or {column for column, pattern in _known().items() if pattern.fullmatch(word)} or by_words(name)
+    exact = {column for column in patterns() if plain(column) == word}
+    found = exact or {column for column, pattern in patterns().items() if pattern.fullmatch(word)} or by_words(name)
     kind = UNITS.get(unit, ("",))[0]
     fitting = {column for column in found if column == "time" or not kind or column not in SI or SI[column] == kind}
     if found and not fitting:

@@ -1,7 +1,6 @@
 """Velocities that jump between two rows, as those of rigid codes do, and the step of an integrator that writes every step."""
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,9 +148,7 @@ def centred(run: RunData, step: Estimate) -> RunData:
     shift = min(left, key=lambda shift: left[shift])
     moved = {v: run.values(v) + shift*step.value*run.values(a) for v, a in zip(VELOCITIES, ACCELERATIONS, strict=True)
              if v in run.data and a in run.data}
-    other = copy.copy(run)
-    other.__dict__["data"] = run.data.assign(**moved)
-    return other
+    return RunData(run.file, header=run.header, data=run.data.assign(**moved))
 
 
 def velocity_bends(run: RunData) -> list[Bends]:

@@ -63,8 +63,9 @@ def find_lattice(groups: Sequence[Bends], unit: str, nothing: str) -> Estimate:
     Kinks count by turns: each is a point on a circle whose circumference is the distance that is tried. Points on a lattice
     meet; points elsewhere spread. The largest distance at which they meet is taken, because they meet at its fractions, too.
     """
-    at, size = collected(groups)
     spacing = float(np.median([one.spacing for one in groups])) if groups else 0.0
+    groups = [one for one in groups if one.size.any()]
+    at, size = collected(groups)
     if at.size < LEAST_CELLS or spacing <= 0:
         return untold(nothing, unit)
     reach = float(np.ptp(at))
@@ -97,10 +98,9 @@ def collected(groups: Sequence[Bends]) -> tuple[np.ndarray, np.ndarray]:
     """Where prominent changes of slope are, and their sizes over the largest of their group."""
     at, size = [np.empty(0)], [np.empty(0)]
     for one in groups:
-        if one.size.size and one.size.max() > 0:
-            prominent = (one.size > PROMINENT*np.median(one.size)) & (one.size > 1e-3*one.size.max())
-            at.append(one.at[prominent])
-            size.append(one.size[prominent]/one.size.max())
+        prominent = (one.size > PROMINENT*np.median(one.size)) & (one.size > 1e-3*one.size.max())
+        at.append(one.at[prominent])
+        size.append(one.size[prominent]/one.size.max())
     return np.concatenate(at), np.concatenate(size)
 
 
@@ -120,10 +120,9 @@ def refined(groups: Sequence[Bends], at: np.ndarray, weight: np.ndarray, pitch: 
         return untold(nothing, unit)
     near = total = 0.0
     for one in groups:
-        if one.size.size and one.size.max() > 0:
-            distance = np.abs(one.at - phase - pitch*np.round((one.at - phase)/pitch))
-            share = one.size/one.size.max()
-            near, total = near + float(share[distance < 1.2*one.spacing].sum()), total + float(share.sum())
+        distance = np.abs(one.at - phase - pitch*np.round((one.at - phase)/pitch))
+        share = one.size/one.size.max()
+        near, total = near + float(share[distance < 1.2*one.spacing].sum()), total + float(share.sum())
     # Closer points would be near any row.
     if near < SHARE*total or pitch < LEAST_ROWS*spacing:
         return untold(nothing, unit)

@@ -6,7 +6,6 @@ are compared by the impulse of each impact, and nothing counts beyond the horizo
 """
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -39,7 +38,9 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
     limit = horizon(task)
     # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
     unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)
-    found = scored(run, without_impulses(reference) if unseen else reference, task, limit)
+    compared = RunData(reference.file, header=reference.header, data=reference.data.drop(
+        columns=list(IMPULSES), errors="ignore")) if unseen else reference
+    found = scored(run, compared, task, limit)
     if unseen:
         kept = tuple(one for one in found.scores if one.kind not in OF_IMPACTS)
         found = replace(found, scores=kept, unmatched=(),
@@ -48,13 +49,6 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
     beside = tuple(replace(one, hertz=own.hertz.get(one.name, np.nan), rigid=own.rigid.get(one.name, np.nan))
                    for one in found.scores)
     return replace(found, scores=beside, rigid=(is_rigid(run, task), is_rigid(reference, task)))
-
-
-def without_impulses(run: RunData) -> RunData:
-    """A run without the impulses of rigid impacts."""
-    other = copy.copy(run)
-    other.__dict__["data"] = run.data.drop(columns=list(IMPULSES), errors="ignore")
-    return other
 
 
 def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores:

@@ -18,7 +18,7 @@ from .horizon import horizon
 from .jumps import IMPULSES
 from .metrics import MATCHED_BEYOND, score
 from .scores import GRADED, GRADES, Score, unscored
-from .submissions import DESCRIPTION, complaint, present, printable, read_small_toml, reason, reference_files, told_map
+from .submissions import DESCRIPTION, complaint, find_files, present, printable, read_small_toml, reason, told_map
 from .tasks import QUANTITIES, Task, task_of
 
 LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
@@ -58,7 +58,7 @@ def find_references(path: Path) -> dict[Task, Reference]:
         raise Error(f"{path}: expected a folder of column files as the reference, or one such file, found none")
     try:
         folder = path if path.is_dir() else path.parent
-        files = reference_files(path) if path.is_dir() else {task: path for task in [task_of(path)] if task}
+        files = find_files(path, [], strict=True) if path.is_dir() else {task: path for task in [task_of(path)] if task}
         if not files:
             raise Error(f"{path}: expected names of files that say the simulation, as ex2_aw.txt, for the reference, found none")
         map, remarks = None, list[str]()

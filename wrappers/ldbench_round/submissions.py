@@ -116,7 +116,7 @@ def read_submission(folder: Path, name: str) -> Submission:
     try:
         told = read_small_toml(folder/DESCRIPTION) if present(folder/DESCRIPTION) else {}
         known["facts"], known["seconds"] = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
-        known["map"], known["restitution"] = told_map(told, folder, remarks), told_restitution(told, remarks)
+        known["map"], known["restitution"] = told_map(told, folder, remarks), told_restitution(told)
     except (Error, ValueError) as error:        # ValueError: a whole number of thousands of digits
         remarks.append(without(f"{DESCRIPTION}: cannot be read: {error}" if isinstance(error, ValueError) else str(error), folder))
     told_before = len(remarks)
@@ -162,7 +162,7 @@ def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[st
         remarks.append(f"{DESCRIPTION}: and {len(unknown) - MOST_REMARKS} more keys that are unknown")
     for key in FACTS:
         value = told.get(key)
-        if value is None or (key == "restitution" and told_restitution(told, []) is None):    # which has a remark of its own
+        if value is None:
             continue
         parts = value if isinstance(value, list) else [value]
         if expected := missed(key, value, parts):
@@ -178,6 +178,8 @@ def missed(key: str, value: object, parts: Sequence[object]) -> str:
     if key == "formulation":
         told = isinstance(value, str) and any(word in value[:LONGEST_FACT].lower() for word in FORMULATIONS)
         return "" if told else "elastic or constraints"
+    if key == "restitution":
+        return "" if is_seconds(value) and value <= 1 else "a number from 0 to 1"
     if key == "processor_time" and isinstance(value, Mapping):
         return ""
     if key in ("step", "processor_time") and not isinstance(value, str | list | Mapping):
@@ -191,8 +193,8 @@ def is_number(x: object) -> TypeGuard[float]:
     return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e12
 
 
-def is_seconds(x: object) -> bool:
-    """Whether a value is a time that can be."""
+def is_seconds(x: object) -> TypeGuard[float]:
+    """Whether a value is a time that can be, or another number from 0 on."""
     return is_number(x) and x >= 0
 
 
@@ -213,15 +215,10 @@ def told_seconds(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[
             yield key, float(value)
 
 
-def told_restitution(told: Mapping[str, Any], remarks: list[str]) -> float | None:
+def told_restitution(told: Mapping[str, Any]) -> float | None:
     """The restitution of a code with rigid contacts; None where the description does not tell it."""
     given = told.get("restitution")
-    if given is None:
-        return None
-    if is_seconds(given) and given <= 1:
-        return float(given)
-    remarks.append(f"{DESCRIPTION}: restitution: expected a number from 0 to 1, found {printable(given, 40)}")
-    return None
+    return float(given) if is_seconds(given) and given <= 1 else None
 
 
 def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mapping[str, Any] | None:
@@ -243,8 +240,9 @@ def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mappi
         return None
 
 
-def find_files(folder: Path, remarks: list[str]) -> dict[Task, Path]:
-    """The file of each simulation; of two that of the shipped input's name is taken, or the first by name."""
+def find_files(folder: Path, remarks: list[str], strict: bool = False) -> dict[Task, Path]:
+    """The file of each simulation; of two that of the shipped input's name is taken, or the first by name. strict: Error where
+    nothing tells which of two is meant."""
     files: dict[Task, Path] = {}
     for path in sorted(folder.iterdir(), key=lambda path: (path.stem not in TASK_NAMES, path.name)):
         if path.suffix.lower() not in ENDINGS or path.name.startswith("."):
@@ -256,22 +254,13 @@ def find_files(folder: Path, remarks: list[str]) -> dict[Task, Path]:
             remarks.append(f"{shown}: expected a file, found "
                            + ("a folder" if path.is_dir() else "a link that leads nowhere, or a device"))
         elif task in files:
+            if strict and (files[task].stem in TASK_NAMES) == (path.stem in TASK_NAMES):
+                raise Error(f"{path}: expected one file for {task.words}, found {files[task].name}, too")
             remarks.append(f"{shown}: expected one file for {task.words}, found {printable(files[task].name, 80)}, too, which is "
                            "taken")
         else:
             files[task] = path
     return {task: files[task] for task in TASKS if task in files}
-
-
-def reference_files(folder: Path) -> dict[Task, Path]:
-    """The file of each simulation in a folder that others are scored against. Error where nothing tells which of two is meant."""
-    found = find_files(folder, [])
-    for path in sorted(folder.iterdir()):
-        task = task_of(path) if path.suffix.lower() in ENDINGS else None
-        taken = found.get(task, path) if task else path
-        if task and taken != path and (taken.stem in TASK_NAMES) == (path.stem in TASK_NAMES):
-            raise Error(f"{path}: expected one file for {task.words}, found {taken.name}, too")
-    return found
 
 
 def is_file(path: Path) -> bool:

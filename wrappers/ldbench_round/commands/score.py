@@ -29,7 +29,7 @@ from ..horizon import yardsticks
 from ..metrics import score
 from ..physics_checks import start_findings
 from ..scores import KINDS, OVER_TIME, Score, Scores
-from ..submissions import complaint, find_files, reference_files
+from ..submissions import complaint, find_files
 from ..tasks import TASKS, Task, task_named, task_of
 
 SHOWN = 5       # impacts without a partner
@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
 def files(path: Path, reference: Path, name: str | None, left_out: list[str]) -> Iterator[tuple[Task, Path, Path]]:
     """Simulations, files and references that belong together; Error where there are none. What a folder holds besides is
     added to `left_out`."""
-    known = reference_files(reference) if reference.is_dir() else None
+    known = find_files(reference, [], strict=True) if reference.is_dir() else None
     if path.is_dir():
         if known is None or name:
             raise Error(f"{path}: expected a file, for --reference FILE and for --simulation, found a folder")
