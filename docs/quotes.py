@@ -22,6 +22,7 @@ INFLUENCES = "local", "flat", "apart"
 PLACES = "tread", "flange", "both", "going over"
 SHAPES = {"aw": "actual", "sw": "simplified", "S1002 on 60E1": "S1002 on 60E1",
           "hollow wheel, actual rail": "actual, worn hollow by 1.5 mm",
+          "thin flange, actual rail": "actual, worn to a thin flange",
           "conforming wheel, actual rail": "wheel of the shape of the actual rail"}
 UNKNOWN = {"APTA 140M": "APTA 140M", "APTA 240": "APTA 240", "throat radii x 0.75 to 1.25": "throat radii × 0.75 to 1.25",
            "gauge corner 9.5 to 15.9 mm": "gauge corner 9.5 to 15.9 mm"}
