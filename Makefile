@@ -54,6 +54,14 @@ PYTHON  = .venv/bin/python
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
 FOLDERS = support profile contact table dynamics rigid program
 SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
+# With RIGID=no the executable has elastic contacts alone.
+ifeq ($(RIGID),no)
+  SUFFIX := -elastic$(SUFFIX)
+  BUILD  := $(BUILD)-elastic
+  SOURCES := $(wildcard fortran/program/elastic_only/*.f90) $(filter-out %/rigid_run.f90 fortran/rigid/%,$(SOURCES))
+  WARN   += -Wno-unused-dummy-argument
+  vpath %.f90 fortran/program/elastic_only
+endif
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
@@ -79,7 +87,7 @@ STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 .PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench collation docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
-	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
+	$(call built,$(EXE) $(if $(RIGID),,$(if $(wildcard $(PYTHON)),$(WRAPPER))))
 
 # One make at a time builds in a folder. Another make waits if the system has flock.
 LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
@@ -91,7 +99,7 @@ $(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
 	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
 
 # On Windows names of files are UTF-8 only if a manifest says so.
-ifeq ($(SUFFIX),.exe)
+ifeq ($(suffix $(EXE)),.exe)
 $(EXE): $(BUILD)/manifest.o
 $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/ldbench.manifest | $(BUILD)
 	$(FC:gfortran=windres) $< $@
@@ -255,6 +263,7 @@ lint: .venv/stamp
 	  done; \
 	done
 	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive -Werror=trampolines' WARN='$(WARN) -Werror')
+	$(call built,build/lint-elastic/ldbench.o BUILD=build/lint-elastic RIGID=no FFLAGS='-O1 -fopenmp -frecursive')
 
 compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
 

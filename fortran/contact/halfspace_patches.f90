@@ -55,7 +55,7 @@ contains
     type(scan_type), intent(in) :: scan        !! depths in this pose
     type(patches_type), intent(out) :: patches
     type(patches_type), intent(in), optional :: nearby
-    type(elements_type) :: coarse
+    type(elements_type) :: coarse, fine
     real(dp) :: stretch(3, most_patches), box(3)
     integer :: g, round
     logical :: cut, fits, moved
@@ -63,9 +63,11 @@ contains
     call find_overlaps(pair, first, last, scan, patches%overlaps)
     patches%n = patches%overlaps%n
     if (patches%n == 0) return
+    fine = elements
     if (present(nearby)) then
+      if (allocated(nearby%f)) fine%ns = size(nearby%f, 2)
       call move_patches(nearby, patches)
-      call press_grids(pair, elements, first, last, centre, roll, scan, patches)
+      call press_grids(pair, fine, first, last, centre, roll, scan, patches)
       return
     end if
     do g = 1, patches%n
@@ -88,12 +90,13 @@ contains
       end do
       if (fits) exit
     end do
+    if (elements%doubled .and. any([(has_gap(any(patches%f(:, :, g) > 0, 1)), g=1, patches%n)])) fine%ns = 2*elements%ns
     do round = 1, most_rounds
-      call press_grids(pair, elements, first, last, centre, roll, scan, patches)
+      call press_grids(pair, fine, first, last, centre, roll, scan, patches)
       fits = .true.
       do g = 1, patches%n
         box = patches%box(:, g)
-        call fit_box(elements, patches%mesh(g), patches%f(:, :, g), patches%overlaps%list(g)%ends, box, stretch(:, g), cut, &
+        call fit_box(fine, patches%mesh(g), patches%f(:, :, g), patches%overlaps%list(g)%ends, box, stretch(:, g), cut, &
           moved)
         if (cut) patches%box(:, g) = box
         fits = fits .and. .not. cut
@@ -102,6 +105,13 @@ contains
     end do
     patches%ok = patches%ok .and. fits
   end subroutine press_patches
+
+  !> Whether there are rows without loads between loaded ones.
+  pure logical function has_gap(loaded)
+    logical, intent(in) :: loaded(:)
+
+    has_gap = findloc(loaded, .true., 1, back=.true.) - findloc(loaded, .true., 1) >= max(1, count(loaded))
+  end function has_gap
 
   !> Take the patches of a pose nearby, with the same shares of their overlaps, or in the same place if overlaps have met or parted.
   pure subroutine move_patches(nearby, patches)
@@ -202,12 +212,15 @@ contains
     real(dp), intent(out) :: angle             !! of the wheel's tangent at the nearest point [rad]
     logical :: inside(size(patches%influence, 1), 2)
     real(dp), dimension(size(patches%influence, 1)) :: f, r, displaced
+    type(elements_type) :: own                 ! with the rows of these grids
     integer :: k, loaded, free
 
+    own = elements
+    own%ns = size(patches%f, 2)
     f = reshape(patches%f, [size(f)])
     r = reshape(patches%r, [size(f)])
     do k = 1, 2
-      inside(:, k) = elements_between(elements, patches, pair%s(first(k)), pair%s(last(k)))
+      inside(:, k) = elements_between(own, patches, pair%s(first(k)), pair%s(last(k)))
       load(k) = 2*sum(f, inside(:, k))
     end do
     influence = 0
@@ -220,7 +233,7 @@ contains
     end if
     loaded = maxloc(load, 1)
     free = 3 - loaded
-    call nearest_point(pair, elements, scan, patches, first(free), last(free), inside(:, free), &
+    call nearest_point(pair, own, scan, patches, first(free), last(free), inside(:, free), &
       merge(f, 0.0_dp, inside(:, loaded)), r, influence, angle)
     influence = influence/load(loaded)
   end subroutine influence_between

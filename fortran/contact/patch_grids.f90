@@ -14,6 +14,7 @@ module patch_grids
     real(dp) :: tolerance = 0          !! error of the depth under pressure, relative to its maximum
     real(dp) :: e_star = 0             !! [Pa]
     logical :: flat = .false.          !! all normals count as parallel
+    logical :: doubled = .false.       !! twice as many elements over s where one grid has two pressed areas
   end type elements_type
 
 contains

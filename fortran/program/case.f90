@@ -140,7 +140,7 @@ contains
     call all%add('initial', 'vZ', c%vz, -20.0_dp, 20.0_dp, 'm/s', 'initial vertical velocity')
     call all%add('initial', 'roll_rate', c%roll_rate, -20.0_dp, 20.0_dp, 'rad/s', 'initial roll rate')
     call all%add('initial', 'roll_link', c%roll_link, 'none rails', &
-      'what sets the initial roll rate: roll_rate, or vY so that both wheels move along their rails, and roll_rate is not used')
+      'what sets the initial roll rate: roll_rate (none), or vY, so that both wheels move along their rails (rails)')
     call all%add('initial', 'pitch_rate', c%pitch_rate, -1e3_dp, 1e3_dp, 'rad/s', 'pitch rate, constant')
     call all%add('loading', 'lateral_force', c%lateral_force, -1e7_dp, 1e7_dp, 'N', &
       'lateral force at the centre of gravity at t = 0, in the track frame')
@@ -151,7 +151,7 @@ contains
       'coefficient of restitution of impacts with formulation = ''unilateral''')
     call all%add('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
     call all%add('contact', 'influence', c%influence, 'local flat apart', &
-      'how places of one wheel press each other with model = ''halfspace'': along their own normals, as on a plane, not at all')
+      'how loads displace other places of a wheel (halfspace): along their own normals, as on a plane, not in other zones')
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
       'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
     call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
@@ -165,11 +165,11 @@ contains
     call all%add('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
-      'rms error of a wheel''s force that the table may have, relative to '//floored_force)
+      'rms error allowed to a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
     call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, &
-      'most lateral points of the strips, and of the ratio of half-spaces to them, per zone')
-    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'most points of each over the roll angle')
-    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'most points of each over the root of the penetration')
+      'largest number of lateral points in a zone, of the strips and of the ratio of half-spaces to them')
+    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'largest number of points of the roll angle, of each')
+    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'largest number of points of the root of the penetration, of each')
     call all%add('integrator', 'scheme', c%scheme, 'newmark energy', &
       'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
     call all%add('integrator', 'order', c%order, 2, 6, &

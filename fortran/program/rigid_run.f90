@@ -4,15 +4,29 @@ module rigid_run
   use kinds, only: dp
   use motion_state, only: motion_type
   use newmark, only: energy_rounding
-  use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, step_ok
+  use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, rule_type, start_motion, step_ok
   use row_sink, only: at_event, at_impact
   use run_monitor, only: passed_peak, instant, run_monitor_type
   use run_setup, only: setup_type
   implicit none
   private
-  public :: rigid_step
+  public :: rigid_type, start_rigid, rigid_step
 
 contains
+
+  !> The initial motion of the case; `changes` of the run says what the constraints changed.
+  subroutine start_rigid(monitor, rigid, motion, error)
+    type(run_monitor_type), intent(inout) :: monitor
+    type(rigid_type), intent(out) :: rigid
+    type(motion_type), intent(out) :: motion
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (c => monitor%c, setup => monitor%setup)
+      call start_motion(rule_type(c%formulation == 'bilateral', c%restitution, c%energy_tolerance, c%max_halvings), &
+        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%equilibrium, c%extent%lateral, rigid, &
+        motion, monitor%run%changes, error)
+    end associate
+  end subroutine start_rigid
 
   !> Make a step in pieces from event to event. The formulation itself cuts pieces by their energy error. Pieces that still
   !> miss the tolerance are counted.

@@ -1,7 +1,7 @@
 !> The setup that all runs with one wheelset on one track share: placed profiles, tables, equilibrium.
 module run_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use both_rails, only: find_rigid_rest => find_rest, small_motion, stand
+  use both_rails, only: rest_on_rails
   use case, only: case_type
   use contact_zones, only: find_zones, least_turn, side_type
   use errors, only: error_type, fatal_error
@@ -9,7 +9,6 @@ module run_setup
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
   use placement, only: place_profiles
-  use rigid_steps, only: rigid_state
   use text, only: str
   use wheel_rail_pair, only: same_pair
   use wheelset, only: find_rest, settle, small_oscillations, wheelset_type
@@ -133,29 +132,12 @@ contains
       if (.not. setup%symmetric) call find_rest(setup%wheelset, setup%equilibrium, setup%rest, ok)
       if (ok) call small_oscillations(setup%wheelset, setup%rest, setup%frequency, setup%shapes)
     else
-      call set_rigid(c, setup, ok)
+      setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
+      call rest_on_rails(setup%side, setup%wheelset, setup%centred, setup%symmetric, c%extent%lateral, setup%equilibrium, &
+        setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
     if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected an equilibrium '// &
       'between the flanges, found none')
   end subroutine set_wheelset
-
-  !> With rigid contacts the wheelset is in equilibrium at the lowest pose on both rails, and oscillates from there along
-  !> such poses.
-  subroutine set_rigid(c, setup, ok)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(inout) :: setup
-    logical, intent(out) :: ok
-    type(rigid_state) :: state
-    logical :: corner
-
-    corner = .false.
-    call stand(setup%side, setup%wheelset, setup%centred, state, ok)
-    setup%equilibrium = [0.0_dp, state%motion%q(2), merge(0.0_dp, state%motion%q(3), setup%symmetric)]
-    if (ok .and. .not. setup%symmetric) call find_rigid_rest(setup%side, setup%wheelset, c%extent%lateral, state, corner, ok)
-    if (.not. ok) return
-    setup%rest = merge(setup%equilibrium, state%motion%q, setup%symmetric)
-    setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
-    call small_motion(setup%wheelset, state, corner, setup%frequency(1), setup%shapes(:, 1))
-  end subroutine set_rigid
 
 end module run_setup

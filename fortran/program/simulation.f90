@@ -13,9 +13,7 @@ module simulation
   use motion_state, only: motion_type
   use newmark, only: scheme_type, stability_limit
   use progress, only: monitor_type
-  use rigid_motion, only: rigid_type, start_rigid
-  use rigid_run, only: rigid_step
-  use rigid_steps, only: rule_type
+  use rigid_run, only: rigid_step, rigid_type, start_rigid
   use row_sink, only: on_grid, row_writer
   use run_monitor, only: run_monitor_type, run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
@@ -75,9 +73,7 @@ contains
       monitor%run%stable_step = stability_limit(scheme)/(2*pi*maxval(setup%frequency))
       call start_elastic(monitor, motion, error)
     else
-      call start_rigid(rule_type(c%formulation == 'bilateral', c%restitution, c%energy_tolerance, c%max_halvings), &
-        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%equilibrium, c%extent%lateral, rigid, &
-        motion, monitor%run%changes, error)
+      call start_rigid(monitor, rigid, motion, error)
     end if
     if (allocated(error)) return
     call monitor%start(motion, writer)

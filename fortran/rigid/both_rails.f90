@@ -16,9 +16,37 @@ module both_rails
   use wheelset, only: wheelset_type
   implicit none
   private
-  public :: stand, stand_at, find_rest, small_motion
+  public :: rest_on_rails, stand_at
 
 contains
+
+  !> Find the static equilibrium of a wheelset with rigid contacts, the lowest pose on both rails, and how the wheelset
+  !> oscillates from there along such poses.
+  subroutine rest_on_rails(side, w, centred, symmetric, farthest, equilibrium, rest, frequency, shape, ok)
+    type(side_type), intent(in) :: side(:)      !! left, right
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: centred(3)          !! pose on both rails at y = 0, nearly: y, z [m], roll [rad]
+    logical, intent(in) :: symmetric            !! left and right are the same
+    real(dp), intent(in) :: farthest            !! farthest lateral displacement [m]
+    real(dp), intent(out) :: equilibrium(3)     !! held at y = 0 [m, m, rad]
+    real(dp), intent(out) :: rest(3)            !! of the free wheelset [m, m, rad]
+    real(dp), intent(out) :: frequency          !! [Hz], as of `small_motion`
+    real(dp), intent(out) :: shape(3)
+    logical, intent(out) :: ok
+    type(rigid_state) :: state
+    logical :: corner
+
+    corner = .false.
+    rest = 0
+    frequency = 0
+    shape = 0
+    call stand(side, w, centred, state, ok)
+    equilibrium = [0.0_dp, state%motion%q(2), merge(0.0_dp, state%motion%q(3), symmetric)]
+    if (ok .and. .not. symmetric) call find_rest(side, w, farthest, state, corner, ok)
+    if (.not. ok) return
+    rest = merge(equilibrium, state%motion%q, symmetric)
+    call small_motion(w, state, corner, frequency, shape)
+  end subroutine rest_on_rails
 
   !> Put the wheelset on both rails, near a pose from which they are not far.
   subroutine stand(side, w, q, state, ok)

@@ -18,7 +18,7 @@ module rigid_motion
   use wheelset, only: other_side, wheelset_type
   implicit none
   private
-  public :: rigid_type, start_rigid, advance_rigid, step_ok, path_ends, no_solution, impacts_crowd
+  public :: rigid_type, rule_type, start_motion, advance_rigid, step_ok, path_ends, no_solution, impacts_crowd
 
   !> State of a run with rigid contacts.
   type :: rigid_type
@@ -37,7 +37,7 @@ contains
 
   !> Start a run: the first pose and velocity.  On the rails lateral position and velocity are the case's, and the
   !> constraints give the other components.  With unilateral contacts a wheelset in the air starts as the case says.
-  subroutine start_rigid(rule, offset, given_rate, w, side, equilibrium, farthest, r, motion, changes, error)
+  subroutine start_motion(rule, offset, given_rate, w, side, equilibrium, farthest, r, motion, changes, error)
     type(rule_type), intent(in) :: rule
     real(dp), intent(in) :: offset(3)             !! initial pose relative to `equilibrium`: y, z [m], roll [rad]
     real(dp), intent(in) :: given_rate(3)         !! initial velocity [m/s, m/s, rad/s]
@@ -99,13 +99,13 @@ contains
       changes = changes//name//' = '//str(is)//' '//unit//' instead of '//str(was)
     end subroutine compare
 
-  end subroutine start_rigid
+  end subroutine start_motion
 
   !> Put the wheelset that is integrated on its rails, unless it is unilateral and in the air.
   subroutine start_own(side, centred, farthest, given, rate, r, ok)
     type(side_type), intent(in) :: side(:)        !! left, right
     real(dp), intent(in) :: centred(3)            !! pose on both rails at y = 0: y, z [m], roll [rad]
-    real(dp), intent(in) :: farthest              !! as of `start_rigid` [m]
+    real(dp), intent(in) :: farthest              !! as of `start_motion` [m]
     real(dp), intent(in) :: given(3), rate(3)     !! pose and velocity
     type(rigid_type), intent(inout) :: r
     logical, intent(out) :: ok

@@ -81,7 +81,7 @@ contains
     call adapt(energy, rules, [0.0_dp, merge(progress_strip, build_share, halfspace)], stopped, watcher)
     if (stopped) return
     if (halfspace) then
-      elements = elements_type(elements_x, elements_s, solver_tolerance, request%e_star, request%influence == 'flat')
+      elements = elements_type(elements_x, elements_s, solver_tolerance, request%e_star, request%influence == 'flat', .true.)
       call solve_ratios(request, request%accuracy*share, elements, table, ratio, table%solutions, &
         [progress_strip, progress_ratio], stopped, watcher)
       if (stopped) return

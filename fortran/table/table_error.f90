@@ -85,7 +85,7 @@ contains
       drawn(k) = drawn(k) + 1
       place(n) = merge(1, 4, k == 1)
     end do
-    elements = elements_type(elements_x, elements_s, tolerance, request%e_star, request%influence == 'flat')
+    elements = elements_type(elements_x, elements_s, tolerance, request%e_star, request%influence == 'flat', .true.)
     n = sum(drawn)
     done = 0
     !$omp parallel do schedule(dynamic) shared(done, stopped)

@@ -29,7 +29,7 @@ PAGES = [REPO/"README.md", *sorted((REPO/"docs").glob("*.md")), REPO/"profiles/R
 BLOCK = re.compile(r"<!-- (run|output|file: \S+) -->\n+```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
 NUMBER = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
 LINK = re.compile(r"(?<!`)\]\(<?([^)\s>]+)>?\)")
-CLOSE = 1e-2            # relative difference of numbers that another processor may make
+CLOSE = 1e-4            # relative difference of numbers that another processor may make, besides one of the last digit shown
 ROUNDING = 1e-6         # below it numbers are rounding errors, which depend on the compiler
 
 
@@ -130,9 +130,11 @@ def alike(expected: str, found: str) -> bool:
     return match is not None and all(map(_near, shown, match.groups()))
 
 
-def _near(a: str, b: str) -> bool:
-    x, y = float(a), float(b)
-    return math.isclose(x, y, rel_tol=CLOSE) or max(abs(x), abs(y)) < ROUNDING
+def _near(shown: str, found: str) -> bool:
+    x, y = float(shown), float(found)
+    mantissa, _, exponent = shown.lower().partition("e")
+    digit = 10.0**(int(exponent or 0) - len(mantissa.partition(".")[2]))
+    return math.isclose(x, y, rel_tol=CLOSE, abs_tol=1.01*digit) or max(abs(x), abs(y)) < ROUNDING
 
 
 def links(page: Path) -> list[str]:

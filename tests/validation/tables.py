@@ -15,9 +15,10 @@ SHIPPED = "aw", "sw"
 MODELS = "strip", "halfspace"
 IN_SERVICE = "tread", "flange", "both"
 PLACES = *IN_SERVICE, "going over"
-# Largest rms in service [of max(|F|, 5 kN)]: what is asked for. Half-spaces with actual profiles do not reach it, whatever
-# the largest numbers of points: for them 1.5 times what was measured.
-BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 2e-3, ("sw", "halfspace"): 2e-3}
+# Largest rms in service [of max(|F|, 5 kN)]: what is asked for. On a thin flange two pressed areas share one overlap in many
+# poses; the table with the usual rows under both erred by 3.5e-2.
+BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 2e-3, ("sw", "halfspace"): 2e-3,
+        ("thin flange, actual rail", "halfspace"): 6e-3}
 
 
 def modern() -> Case:
@@ -36,7 +37,8 @@ def pairs(folder: Path, short: bool) -> Iterator[tuple[str, Case]]:
         return
     yield "S1002 on 60E1", modern()
     wheel, rail = shapes.shape("awprof"), shapes.shape("arprof")
-    for name, points in ("hollow wheel", shapes.hollow(wheel)), ("conforming wheel", shapes.conforming(rail)):
+    for name, points in (("hollow wheel", shapes.hollow(wheel)), ("thin flange", shapes.thin_flange(wheel)),
+                         ("conforming wheel", shapes.conforming(rail))):
         files = [folder/f"{name} {part}.yz" for part in ("itself", "rail")]
         Profile(points, "wheel", wheel_back=0.0, smoothing=0.0).write(files[0])
         Profile(rail, "rail", smoothing=0.0).write(files[1])
@@ -56,7 +58,7 @@ def stated_errors(short: bool) -> tuple[list[Check], Table]:
                 errors = table.accuracy
                 rows.append([name, model, *(cell for place in PLACES for cell in (
                     (f"{errors[place].rms:.1e}", f"{errors[place].largest:.1e}") if place in errors else ("", "")))])
-                if name in SHIPPED:
+                if (name, model) in BARS:
                     worst = max(errors[place].rms for place in IN_SERVICE if place in errors)
                     checks.append(limit(f"{name}, {model}: rms error of the table in service [of max(|F|, 5 kN)]",
                                         worst, "direct evaluation between its points", BARS[name, model]))
