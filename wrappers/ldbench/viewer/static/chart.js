@@ -14,7 +14,7 @@ class Chart {
     return runs.slice(this.mode === "difference" ? 1 : 0).flatMap(run => this.names.map((name, k) => {
       const column = run.column(name);
       if (!column) return null;
-      if (several) return {run, column, colour: colour.run(run), dash: colour.dash(run), width: [1.6, 0.8, 2.6][k % 3]};
+      if (several) return {run, column, colour: colour.run(run), dash: colour.dash(run), width: [1.4, 2.8, 0.8][k % 3]};
       const look = colour.ofColumn(name) ?? colour.neutral(neutral++);
       const same = taken.filter(one => one === look.colour).length;
       taken.push(look.colour);
@@ -39,6 +39,13 @@ class Chart {
   time(x) {
     const [start, end] = this.page.window, {left, right} = this.box;
     return start + (end - start) * (x - left) / (right - left);
+  }
+
+  // A column in the unit that the vertical axis shows.
+  asOnAxis(column) {
+    if (!this.scale || this.scale.log || this.over) return column;
+    const [factor, unit] = shortUnit(column.unit, Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high)));
+    return {...column, scale: factor * column.scale, unit};
   }
 
   draw() {
