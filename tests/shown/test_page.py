@@ -100,7 +100,7 @@ def test_tooltip_of_every_curve(page: Browser, world: World):
                 name = max((name for name in COLUMNS if words.startswith(name)), key=len)
                 column, expected, scale = COLUMNS[name]
                 shown, unit = text.split(" ")
-                assert unit == expected or expected == "J" and unit in SMALL, words
+                assert unit == expected or (expected == "J" and unit in SMALL), words
                 assert number(shown) == pytest.approx(SMALL.get(unit, scale)*raw.c[column][row], rel=1e-5, abs=1e-12), (words, text)
 
 

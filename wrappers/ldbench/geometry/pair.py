@@ -55,7 +55,8 @@ class Pair:
                 *((f"{words} parameter at {MM*AMPLITUDE:.0f} mm", self.level.parameter(name), self.rolled.parameter(name))
                   for name, words in (("angle", "contact angle"), ("roll", "roll angle")))):
             if np.isfinite([level, rolled]).all():
-                found.append(f"{label}: level {round(level, 3) + 0.0:.3f}, with roll {round(rolled, 3) + 0.0:.3f}")
+                level, rolled = (round(x, 3) + 0.0 for x in (level, rolled))        # without a minus before 0.000
+                found.append(f"{label}: level {level:.3f}, with roll {rolled:.3f}")
         for side, zones in self.zones.items():
             where = "" if left == right else f"{side} "
             found += [f"{where}zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
