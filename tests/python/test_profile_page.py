@@ -105,7 +105,7 @@ def test_the_page_of_a_pair_has_the_functions_of_the_displacement(worn_right):
     assert drawn["with roll"].get_ydata() == pytest.approx(1e3*g["delta_r"])
     angles = {line.get_label(): line for line in axes["contact angle γ [°]"].get_lines()}
     assert np.nanmax(np.abs(angles["left"].get_ydata() - np.degrees(g["angle_L"]))) < 1e-9
-    tangent = {line.get_label(): line for line in axes["(tan γ left − tan γ right)/2"].get_lines()}["with roll"]
+    tangent = {line.get_label(): line for line in axes["½(tan γL − tan γR)"].get_lines()}["with roll"]
     assert np.nanmax(np.abs(tangent.get_ydata() - (np.tan(g["angle_L"]) - np.tan(g["angle_R"]))/2)) < 1e-12
 
 

@@ -323,7 +323,7 @@ ABSTRACT = [
     Line(r"at most (\d+) µs long in exercise 5", "largest step, exercise 5 [µs]", lambda w: 1e6*w.pushed.setting("dt")),
     Line(r"mean step \[µs\] (\S+) (\S+)", "mean step [µs]", lambda w: tuple(
         1e6*raw.t[-1]/int(raw.text.split("#   steps = ")[1].split()[0]) for raw in (w.thrown, w.pushed))),
-    Line(r"profiles \(right\): flange (\S+) kN at (\S+)°", "picture: force [kN], angle [deg] at the peak of the first contact",
+    Line(r"profiles \(right\), flange (\S+) kN at (\S+)°", "picture: force [kN], angle [deg] at the peak of the first contact",
          lambda w: (KN*w.thrown.impact("LF")["peak"], DEG*w.thrown.impact("LF")["angle"]))]
 
 

@@ -182,6 +182,10 @@ def test_table_of_the_abstract(world: World):
 
 # Documents ---------------------------------------------------------------------------------
 
+def four_digits(x: float) -> str:
+    return f"{x:.{max(3 - int(np.floor(np.log10(x))), 0)}f}"
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_page_of_impacts(name: str, world: World):
     """The forces and angles above the cross-sections: first contact of either flange, in exercise 5 also the hardest one."""
@@ -190,7 +194,7 @@ def test_page_of_impacts(name: str, world: World):
     text = next(page for page in pages(world.outputs/"ldbench_plots.pdf") if title in page)
     for k, at in enumerate(table.pictured(raw)):
         for side in "left", "right":
-            words = [f"{what} {KN*raw.c[f'N_{side[0].upper()}{part}'][at]:.1f} kN at "
+            words = [f"{what} {four_digits(KN*raw.c[f'N_{side[0].upper()}{part}'][at])} kN at "
                      f"{DEG*raw.c[f'angle_{side[0].upper()}{part}'][at]:.1f}°" for part, what in (("T", "tread"), ("F", "flange"))
                      if raw.c[f"N_{side[0].upper()}{part}"][at] > 0]
             assert f"{side}: {', '.join(words) or 'no contact'}" in text, (k, side)

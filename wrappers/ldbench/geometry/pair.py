@@ -55,6 +55,7 @@ class Pair:
                 *((f"{words} parameter at {MM*AMPLITUDE:.0f} mm", self.level.parameter(name), self.rolled.parameter(name))
                   for name, words in (("angle", "contact angle"), ("roll", "roll angle")))):
             if np.isfinite([level, rolled]).all():
+                level, rolled = (round(x, 3) + 0.0 for x in (level, rolled))        # without a minus before 0.000
                 found.append(f"{label}: level {level:.3f}, with roll {rolled:.3f}")
         for side, zones in self.zones.items():
             where = "" if left == right else f"{side} "

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from PIL import Image
 from pypdf import PdfReader, PdfWriter
@@ -96,8 +96,8 @@ def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, 
         for title, figure in figures:
             if figure.axes and (layout := figure.get_layout_engine()):
                 layout.execute(figure)
-            figure.set_layout_engine("none")        # with another one, matplotlib would draw twice
-            pdf.savefig(figure)
+            figure.set_layout_engine("none")        # it is done
+            FigureCanvasPdf(figure).print_pdf(pdf)  # PdfPages.savefig would draw the page twice
             titles.append(title)
     return tuple(titles)
 

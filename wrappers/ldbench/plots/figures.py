@@ -14,8 +14,8 @@ from .stretches import first_impact
 from .style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES, plain_numbers
 
 
-def small_figure(width: float = 6.7, height: float = 2.0) -> Figure:
-    """Make an empty figure of the width of a text column [in]."""
+def small_figure(width: float, height: float) -> Figure:
+    """Make an empty figure of the size at which it is printed [in]: no letter of it gets smaller."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
@@ -36,7 +36,7 @@ def pair_words(pair: str, own: Sequence[RunData]) -> str:
 
 def motion_figure(runs: Sequence[RunData]) -> Figure:
     """Lateral displacement of exercises 1 to 4 against the distance that the first velocity would cover."""
-    figure = small_figure()
+    figure = small_figure(5.2, 1.6)
     axes = figure.subplots(1, 2)
     for ax, (pair, own) in zip(axes, by_pair(runs).items(), strict=True):
         for run, line in zip(free(own), SERIES, strict=False):
@@ -46,14 +46,14 @@ def motion_figure(runs: Sequence[RunData]) -> Figure:
         ax.set_xlabel("initial velocity × time [mm]")
     axes[0].set_ylabel("Y [mm]")
     if drawn := [ax for ax in axes if ax.lines]:        # a report of one pair has one panel of runs
-        drawn[-1].legend(loc="upper right", fontsize=6.5)
+        drawn[0].legend(loc="upper right", fontsize=6.5, ncols=2, columnspacing=1.0)
     return figure
 
 
 def impact_figure(runs: Sequence[RunData]) -> Figure:
     """First contact of the left flange: normal force against time, its peak against velocity."""
-    figure = small_figure()
-    left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
+    figure = small_figure(5.2, 1.7)
+    left, right = figure.subplots(1, 2, width_ratios=[1.2, 1])
     for (pair, own), dashes, marker in zip(by_pair(runs).items(), ("-", DASHED), "os", strict=True):
         speeds, peaks = [], []
         for run, line in zip(free(own), SERIES, strict=False):
@@ -92,7 +92,7 @@ def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
              if (own := [run for run in all_own if run.exercise == 5 and run.time[-1] > 2])}
     if not ramps:
         return None
-    figure = small_figure(height=2.0)
+    figure = small_figure(6.1, 1.85)
     axes = figure.subplots(1, len(ramps), sharey=True, squeeze=False)[0]
     for ax, (pair, own) in zip(axes, ramps.items(), strict=True):
         for run in own:
@@ -131,11 +131,11 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
         return None
     chosen = [run for run in runs if run.exercise == shown.exercise and first_impact(run)][:2]
     placed = [(run, outlines) for run in chosen if (outlines := placed_outlines(run))]
-    figure = small_figure(height=1.9)
+    figure = small_figure(6.0, 1.75)
     *sections, energies = figure.subplots(1, len(placed) + 1, squeeze=False)[0]
     for ax, (run, outlines) in zip(sections, placed, strict=True):
         draw_detail(ax, run, outlines, instants(run)[0][1], right=False)
-        ax.set_title(f"{run.pair}: {ax.get_title(loc='left').removeprefix('left: ')}", loc="left", fontsize=6.2)
+        ax.set_title(f"{run.pair},\n{ax.get_title(loc='left').removeprefix('left: ')}", loc="left", fontsize=6.2)
         ax.set(xlim=(ax.get_xlim()[0] - 8, ax.get_xlim()[1] + 8), ylim=(-36, 36))
     rows = window.rows(shown)
     for curve in (*KINETIC.curves, *ELASTIC):

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..results.quantities import MM
+from ..results.quantities import MM, scientific
 from ..results.run_data import RunData
 from .style import PAGE, plain
 
@@ -43,7 +43,7 @@ def caption(run: RunData) -> str:
     explicit = scheme == "newmark" and not run.number("integrator", "beta")
     names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
     order, tolerance = (run.number("integrator", name) for name in ("order", "energy_tolerance"))
-    cut = f" at most, cut where it changes the energy by more than {tolerance:.0e} J" if tolerance else ""
+    cut = f" at most, cut where it changes the energy by more than {scientific(tolerance)} J" if tolerance else ""
     if run.result("missed") > 0:
         cut += f" ({run.result('missed'):.0f} of {run.result('steps'):.0f} steps still do)"
     events = " and at events" if run.setting("output", "rows") == "interval_and_events" else ""
@@ -66,7 +66,7 @@ def caption(run: RunData) -> str:
 
 
 def legend_above(ax: Axes, ncols: int = 5, raised: float = 0.0, **more: Any) -> None:
-    """The legend of axes in a row above their right corner, `raised` by so many of its letters."""
+    """The legend of axes in a row above their right corner, `raised` by so many of the heights of its letters."""
     ax.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": ncols, "borderaxespad": 0.1 + raised,
                  "columnspacing": 0.8, "handlelength": 1.6, "handletextpad": 0.4} | more)
 

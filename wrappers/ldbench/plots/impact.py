@@ -106,7 +106,8 @@ def draw_patch(axes: np.ndarray, pressed: np.ndarray, window: Window) -> None:
     t = window.scale*(pressed[0] - window.zero)
     look = CONTACT_LINES["LF"].kwargs() | {"marker": "o", "markersize": 2.5}
     hardest = int(pressed[1].argmax())
-    axes[0].set_title(f"left flange, largest; approach {MM*pressed[3, hardest]:.3f} mm", fontsize=6.3, loc="right", pad=2.5)
+    axes[0].set_title(f"left flange, largest; approach {significant(MM*pressed[3, hardest])} mm", fontsize=6.3, loc="right",
+                      pad=2.5)
     for ax, values, words in zip(axes, (1e-9*pressed[1], 1e6*pressed[2]), ("pressure [GPa]", "patch area [mm²]"), strict=True):
         ax.plot(t, values, **look)
         ax.set_ylabel(words)

@@ -21,6 +21,7 @@ LEVEL, ROLLED, HARMONIC = Line(BLUE), Line(BLACK), Line(RED, "--", 0.8)
 SIDES = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT_LINES["RT"])}
 FACE = "#EEF0F3"
 DRAWN = 82.0            # height of the drawing of contact lines [mm]
+LABELS = 6.5            # between labels of its lines, at least [mm]
 
 
 class ContactLine(NamedTuple):
@@ -72,8 +73,8 @@ def pair_page(found: Pair, note: str, reference: str | None, title: str = "") ->
     over(axes[1], "contact angle γ [°]", {name: (g, f"angle_{letter}", DEG, line) for name, letter, line in SIDES.values()})
     tangents = {kept.kept: {**kept.geometry, "tan": (np.tan(kept.geometry["angle_L"]) - np.tan(kept.geometry["angle_R"]))/2}
                 for kept in (found.level, found.rolled)}
-    over(axes[2], "(tan γ left − tan γ right)/2", {"level": (tangents["level"], "tan", 1.0, LEVEL),
-                                                   "with roll": (tangents["with roll"], "tan", 1.0, ROLLED)})
+    over(axes[2], "½(tan γL − tan γR)", {"level": (tangents["level"], "tan", 1.0, LEVEL),
+                                         "with roll": (tangents["with roll"], "tan", 1.0, ROLLED)})
     outward = {**g, "out_L": g["y_L"], "out_R": -g["y_R"]}
     over(axes[3], "contact, outward |y| [mm]", {name: (outward, f"out_{letter}", MM, line)
                                                 for name, letter, line in SIDES.values()})
@@ -118,7 +119,7 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
         above, below = MM*one.wheel + lift, MM*one.rail
         ax.plot(*np.array([above, below]).T, color=line.color, linewidth=0.6)
         ax.plot(*np.array([above, below]).T, "o", color=line.color, markersize=1.6)
-        if above[0] - labelled > 3.5:
+        if above[0] - labelled > LABELS:
             labelled = above[0]
             ax.text(above[0], above[1] + 1.0, f"{MM*one.y:.0f}".replace("-", "−"), fontsize=6, ha="center", va="bottom")
     # The limits are the least; `auto` lets the aspect widen them.

@@ -7,7 +7,7 @@ from matplotlib.patches import Polygon
 
 from ..geometry.outlines import Outlines, Side, pose, run_outlines, turned
 from ..results.contact_intervals import is_closed
-from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
+from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM, significant
 from ..results.run_data import RunData
 from .style import BLACK, CONTACT_LINES
 
@@ -58,7 +58,7 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
         color = CONTACT_LINES[c].color
         ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010, zorder=4)
         ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
-        words.append(f"{CONTACT_NAMES[c].split()[1]} {KN*N:.1f} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
+        words.append(f"{CONTACT_NAMES[c].split()[1]} {significant(KN*N)} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
     title = ax.set_title(f"{'right' if right else 'left'}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
     title.set_in_layout(False)
     y, z = close_up(side, sign)

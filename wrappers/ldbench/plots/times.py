@@ -17,6 +17,7 @@ from .stretches import BINS, PANEL, Window, band, overall, thin
 from .style import GREY, PAGE, Line
 
 EVENT_SIZE = 6.0            # of the words of events [pt]
+LEGEND_SIZE = 6.3           # of the words above a panel [pt]
 PAGE_KEY = 4                # as many curves or fewer have one legend for the page
 FEW_ROWS = 60               # that are marked by dots
 ROOM = 70.0                 # about as much of its width a column of panels leaves to labels and margins [pt]
@@ -47,7 +48,7 @@ def draw_columns(place: SubplotSpec, run: RunData, columns: Sequence[Sequence[Pa
                 continue
             draw_panel(ax, run, shown[k], window)
             if not together and len(shown[k].curves) > 1:
-                legend_above(ax, raised=raised if k == 0 else 0, fontsize=6.3)
+                legend_above(ax, raised=raised/LEGEND_SIZE if k == 0 else 0, fontsize=LEGEND_SIZE)
         column[len(shown) - 1].set_xlabel(window.axis)
         column[len(shown) - 1].tick_params(labelbottom=True)
     axes[0, 0].set_xlim(*(window.scale*(x - window.zero) for x in (window.start, window.end)))
@@ -111,11 +112,15 @@ def key_events(run: RunData) -> list[tuple[float, str]]:
     return sorted(found)
 
 
-def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) -> int:
-    """Mark events by dotted lines, with their words above the topmost axes; the number of lines that the words take. Events at
+def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) -> float:
+    """Mark events by dotted lines, with their words above the topmost axes; the height that the words take [pt]. Events at
     one place share a line, and words that would overlap go one line up."""
     width = 72*PAGE[0]/axes.shape[1] - ROOM         # of a panel [pt]
     ends: list[float] = []
+
+    def height(line: int) -> float:
+        return 1.5 + 1.25*EVENT_SIZE*line
+
     shown = [(t, label) for t, label in key_events(run) if window.start <= t <= window.end]
     for t, group in groupby(shown, key=lambda event: event[0]):
         words = ", ".join(label for _, label in group)
@@ -126,6 +131,6 @@ def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) 
         for ax in axes.ravel():
             ax.axvline(window.scale*(t - window.zero), color=GREY, linewidth=0.6, linestyle=":", zorder=1)
         for ax in axes[0]:
-            ax.annotate(words, (middle/width, 1.0), xycoords="axes fraction", xytext=(0, 1.5 + 1.25*EVENT_SIZE*line), va="bottom",
+            ax.annotate(words, (middle/width, 1.0), xycoords="axes fraction", xytext=(0, height(line)), va="bottom",
                         textcoords="offset points", ha="center", fontsize=EVENT_SIZE, color="#505050", annotation_clip=False)
-    return len(ends)
+    return height(len(ends)) if ends else 0.0

@@ -41,7 +41,7 @@ MEASURES = {
     "crown_radius": ("crown radius", "mm", MM, 1), "shoulder_radius": ("shoulder radius", "mm", MM, 1),
     "corner_radius": ("gauge corner radius", "mm", MM, 2),
     "gauge_point_y": ("gauge point at y", "mm", MM, 3), "top_y": ("top of rail at y", "mm", MM, 1),
-    "inclination": ("inclination", "rad", 1.0, 4),
+    "inclination": ("inclination", "", 1.0, 4),
 }
 
 

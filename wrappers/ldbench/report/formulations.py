@@ -31,7 +31,7 @@ from ..plots.tables import draw_table
 from ..plots.times import draw_curves
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
-from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit
+from ..results.quantities import KN, MM, OUTCOME, PAIRS, si_unit, significant
 from ..results.run_data import RETURNED, RunData
 from ..results.summary import drift_reference
 from ..runs import compute
@@ -263,7 +263,7 @@ def cell(found: Sequence[Outcome], case: str, key: str) -> str:
         return f"{min(known):.0f} to {max(known):.0f}"
     share = spread(values)
     mark = "" if len(known) == len(values) else " *"
-    return f"{100*share:.3g} %{mark}" if np.isfinite(share) else f"{len(known)} of {len(values)}"
+    return f"{significant(100*share)} %{mark}" if np.isfinite(share) else f"{len(known)} of {len(values)}"
 
 
 def colour(word: str) -> str:
@@ -360,7 +360,7 @@ def draw_climb(place: SubplotSpec, inputs: Path) -> None:
         for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
             energy = 0.5*case.mass*v**2
             ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
-            ax.text(0.01, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), va="bottom", fontsize=6)
+            ax.text(0.99, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=6)
         ax.set_title(f"over the flange, {made.pair}", loc="left", fontsize=7, pad=3)
         ax.set_xlabel("lateral Y [mm]")
     axes[0].set_ylabel("work of weight and load [J]")
@@ -377,7 +377,7 @@ def words(found: Sequence[Outcome]) -> dict[str, Any]:
     cases = list(dict.fromkeys(o.case for o in found))
     rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in cases]
     shares = {key: [spread({o.formulation: o.results[key] for o in found if o.case == case}) for case in cases]
-              for key in ("t_first_LF", "first_impulse", "t_return", "F_derailment")}
+              for key in ("t_first_LF", "first_impulse")}
     pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
     rolled = [o.case for o in found if o.formulation == "bilateral" and o.ending.endswith("rolls over the flange")]
     return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls, "rolled": rolled,

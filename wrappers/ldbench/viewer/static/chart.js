@@ -14,7 +14,7 @@ class Chart {
     return runs.slice(this.mode === "difference" ? 1 : 0).flatMap(run => this.names.map((name, k) => {
       const column = run.column(name);
       if (!column) return null;
-      if (several) return {run, column, colour: colour.run(run), dash: colour.dash(run), width: [1.6, 0.8, 2.6][k % 3]};
+      if (several) return {run, column, colour: colour.run(run), dash: colour.dash(run), width: [1.4, 2.2, 0.8][k % 3]};
       const look = colour.ofColumn(name) ?? colour.neutral(neutral++);
       const same = taken.filter(one => one === look.colour).length;
       taken.push(look.colour);
@@ -39,6 +39,13 @@ class Chart {
   time(x) {
     const [start, end] = this.page.window, {left, right} = this.box;
     return start + (end - start) * (x - left) / (right - left);
+  }
+
+  // A column in the unit that the vertical axis shows.
+  asOnAxis(column) {
+    if (!this.scale || this.scale.log || this.over) return column;
+    const [factor, unit] = shortUnit(column.unit, Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high)));
+    return {...column, scale: factor * column.scale, unit};
   }
 
   draw() {
@@ -150,33 +157,39 @@ class Chart {
       if (shown(i)) g.fillRect(this.x(t[i]) - size / 2, v(x[i]) - size / 2, size, size);
   }
 
-  // A bin spans its least and largest value. The line goes on from one bin to the next through all values between them.
+  // A bin spans its least and largest value. The line goes on from one bin to the next through all values between them, and
+  // has its dashes where bins are flat.
   drawBand(g, {from, to, low, high}, v, pale) {
     g.globalAlpha = pale ? 0.3 : 0.85;
-    const {log, y} = this.scale, floor = this.box.bottom;
+    const {log} = this.scale, floor = this.box.bottom, between = (x, least, most) => Math.min(Math.max(x, least), most);
     const ends = k => {
       if (!log) return [v(high[k]), v(low[k])];
       const a = v(low[k]), b = v(high[k]);
       return low[k] > 0 || high[k] < 0 ? [Math.min(a, b), Math.max(a, b)] : [Math.min(a, b, floor), floor];
     };
     let before = null;
+    g.beginPath();
     for (let k = 0; k < from.length; k++) {
       if (Number.isNaN(low[k]) || (log && low[k] === 0 && high[k] === 0)) {
         before = null;
         continue;
       }
-      const x = this.x(from[k]), width = Math.max(this.x(to[k]) - x, 1), [top, bottom] = ends(k);
-      g.fillRect(x, top - 0.5, width, bottom - top + 1);
-      if (before && (before.bottom < top || before.top > bottom || x - before.right > 1)) {
+      const x = this.x(from[k]), right = this.x(to[k]), [top, bottom] = ends(k);
+      const middle = (top + bottom) / 2, flat = bottom - top < 2;
+      if (before) {
         // The shortest way between both bins.
-        const start = Math.min(Math.max((top + bottom) / 2, before.top), before.bottom);
-        g.beginPath();
-        g.moveTo(before.right, start);
-        g.lineTo(x, Math.min(Math.max(start, top), bottom));
-        g.stroke();
+        const start = between(middle, before.top, before.bottom);
+        if (!before.flat) g.moveTo(before.right, start);
+        g.lineTo(x, between(start, top, bottom));
+      } else {
+        g.moveTo(x, middle);
+        g.lineTo(x + 1, middle);
       }
-      before = {top, bottom, right: x + width};
+      if (flat) g.lineTo(right, middle);
+      else g.fillRect(x, top - 0.5, Math.max(right - x, g.lineWidth), bottom - top + 1);
+      before = {top, bottom, flat, right};
     }
+    g.stroke();
     g.globalAlpha = 1;
   }
 

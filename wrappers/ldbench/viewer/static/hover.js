@@ -48,7 +48,7 @@ class Hover {
     const {chart} = this, {page} = chart, first = page.runs[0], here = chart.time(x);
     const row = first.t[first.row(here)], t = Math.abs(chart.x(row) - x) < 4 ? row : here;
     const words = chart.lines().map(line => {
-      const {run, column} = line;
+      const {run} = line, column = chart.asOnAxis(line.column);
       const reading = chart.mode === "difference" ? {x: run.at(column.name, t) - first.at(column.name, t)}
         : run.reading(column.name, t);
       return [line, `${readingWords(reading, column, false, 6)} ${column.unit}`];

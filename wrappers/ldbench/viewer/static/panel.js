@@ -110,7 +110,8 @@ class Panel extends Chart {
 
   fillLegend() {
     const {t, runs: [first], mark} = this.page;
-    for (const {run, column, value} of this.values) {
+    for (const {run, column: known, value} of this.values) {
+      const column = this.asOnAxis(known);
       const at = time => this.mode === "difference"
         ? {x: run.at(column.name, time) - first.at(column.name, time)} : run.reading(column.name, time);
       const here = at(t), before = mark === null ? null : at(mark);

@@ -51,7 +51,8 @@ class RunList {
       make("th", {}, make("a", {href: page.address.link(0, [run.name])}, run.name))));
     const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
     get("summary").replaceChildren(make("details", {open: window.innerWidth > 860},
-      make("summary", {}, ["Summary; a number opens its moment", page.facts.note].filter(Boolean).join("; ")),
+      make("summary", {}, "Summary; a number opens its moment"),
+      make("p", {class: "small"}, page.facts.note),
       make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
   }
 }
