@@ -194,11 +194,11 @@ def shipped(common: Path) -> dict[str, Run]:
 
 @pytest.fixture(scope="session")
 def ours(shipped: dict[str, Run]) -> dict[Task, ldbench.Run]:
-    """The shipped runs, read."""
+    """The shipped runs of exercises 1 to 4, read."""
     from ldbench import read_run  # programs that only start the executable need no package
     from ldbench_round.tasks import TASKS
 
-    return {task: read_run(shipped[task.name].file) for task in TASKS}
+    return {task: read_run(shipped[task.name].file) for task in TASKS if task.exercise < 5}
 
 
 @pytest.fixture
