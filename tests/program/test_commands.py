@@ -215,6 +215,8 @@ def test_two_cases_do_not_write_one_file(place: Path, capsys: pytest.CaptureFixt
 def test_cases_side_by_side_are_those_one_after_the_other(place: Path, capsys: pytest.CaptureFixture[str]):
     """The order of what is printed is that of the namelists, and each contact table is built once."""
     names = [f"inputs/ex{k}_{pair}.nml" for pair in ("sw", "aw") for k in (3, 1)]
+    for name in names:
+        Case.from_namelist(name).replace(model="hertz").to_namelist(name)
     found = []
     for jobs in "1", "4":
         for table in Path("outputs").glob("*.table"):

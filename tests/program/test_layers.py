@@ -31,6 +31,19 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
                 assert k - first < 120, (path, name)
 
 
+TOP = set(".ci .github .gitignore CHANGELOG.md CITATION.cff LICENSE Makefile README.md bootstrap docs fortran inputs meson.build "
+          "meson.options outputs profiles pyproject.toml requirements.txt tests wrappers".split())
+
+
+def test_the_repository_holds_what_belongs_there():
+    """No log of a build, no scratch file: a new file in the top folder has to be put into this list, too."""
+    if not (REPO/".git").exists():
+        pytest.skip("this is no clone of the repository")
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPO, capture_output=True, text=True, check=True).stdout.split("\0")
+    assert {name.partition("/")[0] for name in listed if name} <= TOP
+    assert [name for name in listed if name.endswith((".log", ".orig", ".rej", ".pyc", ".o", ".mod"))] == []
+
+
 PACKAGE = Path(ldbench.__file__).parent
 ROOMS = ("_core", "tools", "case", "conicity", "pressure", "profiles", "table", "results", "geometry", "plots", "profile", "viewer",
          "runs", "ensembles", "report", "commands", "__main__")

@@ -21,6 +21,7 @@ from pypdf import PdfReader
 import ldbench
 from ldbench.__main__ import main
 from ldbench.case import variables
+from ldbench.plots.series import PAGES
 from ldbench.results.header import read_header
 from running import CASES, HANG, LDBENCH, PAIRS, REPO, command_error
 
@@ -162,7 +163,7 @@ def test_vY_can_set_the_roll_rate(table):
         ldbench.run(case.replace(roll_link="rails", Y=0.05, gauge=1.5, model="hertz"))
 
 
-def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
+def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys, monkeypatch):
     """In the summary, the header, the PDF and the page of a run with another velocity and a wheel of its own."""
     (tmp_path/"own.yz").write_bytes((REPO/"profiles/awprof.yz").read_bytes())
     (tmp_path/"case.nml").write_text(coarse(1, "aw", t_end=1e-3, wheel_profile=str(tmp_path/"own.yz")).to_namelist())
@@ -170,6 +171,7 @@ def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
     assert main(["run", str(tmp_path/"case.nml"), "--set", "vY=0.3", "-o", str(file)]) == 0
     run = ldbench.read_run(file)
     assert capsys.readouterr().out.startswith(f"ex1_aw: {title}\n") and f"# case ex1_aw: {title}\n" in file.read_text()
+    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
     run.save_plots(tmp_path/"plots.pdf")
     assert any(title in page.extract_text() for page in PdfReader(tmp_path/"plots.pdf").pages)
     facts = re.search('id="facts">(.*?)<', run.view().html)[1]

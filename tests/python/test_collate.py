@@ -536,7 +536,10 @@ def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Colla
 
 
 def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):
-    assert main(["collate", str(graded.codes), "-o", str(tmp_path), "--reference", str(graded.reference/f"{FAST.name}.csv")]) == 0
+    codes = tmp_path/"codes"
+    for name in "Itself", *SCALED:
+        shutil.copytree(graded.codes/name, codes/name)
+    assert main(["collate", str(codes), "-o", str(tmp_path), "--reference", str(graded.reference/f"{FAST.name}.csv")]) == 0
     reader = PdfReader(tmp_path/"collation.pdf")
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
     assert titles[:2] == ["Codes", "Grades"]

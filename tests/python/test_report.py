@@ -18,6 +18,7 @@ from ldbench import Case, Error, Event, _core, run
 from ldbench._core import pools
 from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench._core.pools import call_known, processes
+from ldbench.conicity import GEOMETRY_PITCH
 from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, stretches, submission, twins
 from ldbench.report.jobs import case_job, run_stale
@@ -52,6 +53,8 @@ def report_small_project(root: Path) -> None:
             integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": f"outputs/ex3_{pair}.txt"}))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ldbench.plots.document.PAGES", SOME)
+        for module in "table", "conicity":          # rows of the geometry, five times as far apart
+            patch.setattr(f"ldbench.{module}.GEOMETRY_PITCH", 5*GEOMETRY_PITCH)
         patch.chdir(root)
         made = make_report(Path("inputs"), Path("outputs"), jobs=2)
     assert [file.name for file in made] == [

@@ -352,7 +352,7 @@ PLACES = {
              "shown/test_page.py::test_tooltip_of_every_curve", "shown/test_page.py::test_every_number_of_the_page",
              "shown/test_shown.py::test_film"],
     "pressure": ["shown/test_shown.py::test_pressure"],
-    "compare": ["shown/test_places.py::test_comparison_pages"],
+    "compare": ["shown/test_places.py::test_comparison_pages", "shown/test_places.py::test_impacts_of_few_rows_are_counted"],
     "study": ["shown/test_places.py::test_study", "python/test_compare.py::test_study_changes_what_it_says"],
     "formulations": ["shown/test_shown.py::test_values_of_formulations", "shown/test_places.py::test_formulations"],
     "table": ["program/test_commands.py::test_json_of_table", "physics/test_tables.py::test_every_mouth_tells_the_same_error"],
