@@ -23,7 +23,8 @@ else ifneq ($(findstring aarch64,$(FC)),)
   BUILD  = build/arm64
   SUFFIX = -arm64
   FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
-  LIBS   = -L $(ARM64)/usr/lib/aarch64-linux-gnu -l:liblapack.so.3 -l:libblas.so.3 -Wl,--allow-shlib-undefined
+  LIBS   =
+  OWN    = $(BUILD)/lapack.o
 else ifneq ($(findstring mingw,$(FC)),)
   BUILD  = build/windows
   SUFFIX = .exe
@@ -200,20 +201,19 @@ test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
-# The package under each of these Pythons that is here, with old and new numpy and pandas.
+# The package under each of these Pythons that is here, with old and new numpy and pandas. A path names a Python that is not
+# in PATH, as those of pyenv are not: make test-matrix PYTHONS=~/.pyenv/versions/3.13.0/bin/python3
 PYTHONS = python3.10 python3.11 python3.12 python3.13 python3.14
 test-matrix:
 	@status=0; for python in $(PYTHONS); do \
 	  if $$python -c '' 2>/dev/null; then $$python tests/support/matrix.py || status=1; else echo "$$python: not here"; fi; \
 	done; exit $$status
 
-# The ten runs on an emulated processor, compiled by Debian's cross compiler with Debian's libraries for arm64. As root:
-#   dpkg --add-architecture arm64 && apt-get update && apt-get install gfortran-12-aarch64-linux-gnu qemu-user-static
-ARM64 = build/arm64/root
-test-arm64: $(ARM64)/unpacked .venv/stamp
+# Runs on an emulated processor: apt-get install gfortran-12-aarch64-linux-gnu qemu-user-static
+test-arm64: .venv/stamp
 	$(call built,$(EXE) $(WRAPPER))
 	$(call built,ldbench-arm64 FC=aarch64-linux-gnu-gfortran-12)
-	printf '#!/bin/sh\nexec qemu-aarch64-static -L %s %s "$$@"\n' $(CURDIR)/$(ARM64) $(CURDIR)/ldbench-arm64 > build/arm64/ldbench
+	printf '#!/bin/sh\nexec qemu-aarch64-static -L /usr/aarch64-linux-gnu %s "$$@"\n' $(CURDIR)/ldbench-arm64 > build/arm64/ldbench
 	chmod +x build/arm64/ldbench
 	LDBENCH=$(CURDIR)/build/arm64/ldbench $(PYTHON) -m pytest -n $(CORES) tests/program/test_arm64.py
 
@@ -232,13 +232,6 @@ test-windows: windows .venv/stamp
 	status=0; $(WINE) LDBENCH=$(CURDIR)/build/windows/ldbench $(PYTHON) -m pytest -n $(CORES) tests/program/test_windows.py \
 	  tests/program/test_refusals.py::test_a_namelist_is_refused tests/program/test_inputs.py tests/program/test_reference.py::test_run_is_the_stored_one || status=1; \
 	$(WINE) wineserver -k; exit $$status
-
-$(ARM64)/unpacked:
-	mkdir -p $(@D)
-	cd $(@D) && apt-get download $(addsuffix :arm64,libc6 libgcc-s1 libgfortran5 libgomp1 liblapack3 libblas3)
-	for package in $(@D)/*.deb; do dpkg -x $$package $(@D); done
-	cd $(@D)/usr/lib/aarch64-linux-gnu && ln -sf lapack/liblapack.so.3 blas/libblas.so.3 .
-	touch $@
 
 # Comments and docstrings that need the line above them to be understood begin with one of these words.
 FRAGMENT = ("""|\#|//|!+>?) *(The same|Its|Of|Those|Who|What is left)\b
