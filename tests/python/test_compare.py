@@ -75,6 +75,13 @@ def test_offset_and_peak_are_measured():
     assert (peak["reference"], peak["value"], peak["difference"]) == pytest.approx((8e5, 8.8e5, 0.8e5))
 
 
+def test_runs_of_one_case_have_names_of_their_own():
+    runs = [invented(offset=offset) for offset in (0, 1e-3, 2e-3)]
+    table = cmp.difference_table(cmp.compare(runs)).set_index(["file", "quantity"])
+    assert table.index.is_unique
+    assert table.xs("Y", level="quantity")["rms"].tolist() == pytest.approx([1e-3, 2e-3])
+
+
 def test_coarser_output_is_interpolated():
     """A straight line stays exact between the rows of a file with ten times the spacing."""
     found = cmp.compare([invented(), invented(dt=1e-3, name="coarse")])

@@ -13,6 +13,7 @@ from ..results.columns import time_mean
 from ..results.contact_intervals import ContactInterval
 from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
 from ..results.run_data import RunData
+from ..viewer.show import distinct
 
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
 IMPACTS = 100           # of a contact, in tables
@@ -61,6 +62,7 @@ def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     """Bring runs onto common instants.  align: 'time', or 'first-flange' for the first flange contact of each."""
     if len(runs) < 2:
         raise Error("expected at least two column files")
+    runs = distinct(runs)
     shifts = tuple(alignment(run, align) for run in runs)
     starts = [run.time[0] - shift for run, shift in zip(runs, shifts, strict=True)]
     ends = [run.time[-1] - shift for run, shift in zip(runs, shifts, strict=True)]
