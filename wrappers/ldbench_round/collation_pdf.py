@@ -251,7 +251,7 @@ def largest_until(found: Collation, task: Task, name: str, end: float) -> float:
 
 
 def curves_of(found: Collation, task: Task, name: str) -> list[tuple[int, Entry, np.ndarray, np.ndarray]]:
-    """Of all codes that have a curve: the code's place, its entry, times and values."""
+    """The place, the entry, times and values of every code that has a curve."""
     return [(k, entry, *entry.curves[name]) for k, code in enumerate(found.codes)
             if (entry := found.entry(code, task)) and name in entry.curves]
 
