@@ -123,7 +123,8 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(made, folder, symlinks=True)
     monkeypatch.chdir(folder)
     monkeypatch.setattr("ldbench.case.data_folder", lambda: folder)
-    # Tables of these cases are not those of the shipped ones, which other tests ask for.
+    # Tables and runs of these cases are not those of the shipped ones, which other tests ask for.
+    monkeypatch.setattr("ldbench_round.own_runs._OWN", {})
     monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", functools.cache(hertz_table.__wrapped__))
     monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", 5*FINE_PITCH)       # of profiles: their numbers have tests of their own
     draw_few(monkeypatch, "ldbench.plots.document", "case_figures", 1)

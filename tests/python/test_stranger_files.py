@@ -20,6 +20,7 @@ from ldbench_round.findings import DOUBTFUL, FAILED, PASSED
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import QUANTITIES, TASKS
 
+pytestmark = pytest.mark.usefixtures("own")
 SLOW = "LDBENCH_SLOW" in os.environ
 CASES = "ex2_aw", "ex2_sw"
 # What shows in files of other exercises alone.

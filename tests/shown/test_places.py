@@ -203,8 +203,8 @@ def test_impacts_of_few_rows_are_counted(world: World, tmp_path: Path):
     assert 0 < few < len(closed) and {5, 6} <= set(closed), closed
     with ldbench_style():
         title, figure = next(impact_pages(compare([world.run("ex2_aw"), ldbench.read_run(file)])))
-    assert title == "impacts of ex2_aw"
-    assert f"\nex2_aw: {few} impacts have fewer than 6 rows, so their numbers are rough" in words_of(figure)
+    assert title == "impacts of ex2_aw thin.txt"
+    assert f"\nex2_aw thin.txt: {few} impacts have fewer than 6 rows, so their numbers are rough" in words_of(figure)
 
 
 def test_study(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
