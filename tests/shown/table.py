@@ -298,7 +298,7 @@ ABSTRACT = [
     Line(r"about (\d+) contacts of the left flange and about", "contacts of the left flange",
          lambda w: len(w.pushed.episodes("LF")), 0.15),
     Line(r"and about (\d+) lift-offs of the right", "lift-offs of the right wheel", lambda w: w.pushed.lift_offs("R"),
-         0.02),      # rows every 0.25 ms do not show each
+         0.02),      # two digits
     Line(r"the limit is (\S+) kN", "static limit [kN]", lambda w: KN*statics(w.pushed), 0.03),
     Line(r"derail at about (\S+) kN after about (\S+) s", "derailment: force [kN], time [s]",
          lambda w: (KN*w.pushed.c["F_ext"][-1], w.pushed.t[-1]), 2e-3),
