@@ -93,7 +93,7 @@ def law_table() -> str:
         return f"{value:.0f} %" if value >= 10 else f"{value:.1f} %" if value >= 1 else f"{value:.2f} %"
 
     kinds = {"tread alone": "tread alone", "flange alone": "flange alone", "tread and flange": "tread and flange",
-             "all": "all of these", "overturning": "overturning in exercise 5"}
+             "all": "all of these", "overturning": "going over the rail, exercise 5"}
     return table(("contact", *(f"`{law}`, {pair}" for law in LAWS for pair in PAIRS)), (
         (words, *(f"{percent(v[f'law.{pair}.{kind}.{law}.rms [%]'])} ({percent(v[f'law.{pair}.{kind}.{law}.largest [%]'])})"
                   for law in LAWS for pair in PAIRS)) for kind, words in kinds.items()))
