@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,6 @@ from ldbench_round.findings import DOUBTFUL, FAILED, PASSED
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import QUANTITIES, TASKS
 
-pytestmark = pytest.mark.usefixtures("own")
 SLOW = "LDBENCH_SLOW" in os.environ
 CASES = "ex2_aw", "ex2_sw"
 # What shows in files of other exercises alone.
@@ -34,6 +33,14 @@ ONLY_DOUBTFUL = {"mistake_friction_in_the_motion", "mistake_modulus_of_one_body"
 # Frames that are not those of the call, and another zero of time, are told.
 TOLD = {"faultless_Y_to_the_right", "faultless_Z_down", "faultless_Y_right_and_Z_down", "faultless_roll_the_other_way",
         "faultless_everything_reversed", "faultless_time_from_minus_100_ms", "faultless_time_from_10_s"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def new_own_runs() -> Iterator[None]:
+    """Our own runs, by which maps are guessed, are made here, whatever a test of another file has put there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ldbench_round.own_runs._OWN", {})
+        yield
 
 
 def some(names: Mapping[str, Any]) -> list[str]:
