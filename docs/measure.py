@@ -225,20 +225,21 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, list[float]]:
 
 def of_causes(exercises: Iterable[int]) -> Values:
     """First peaks of the left flange force as shipped, and how causes of differences between codes move them (aw)."""
-    values: Values = {}
-    for exercise in exercises:
-        shipped = Case.exercise(exercise, "aw").replace(table_file=str(OUTPUTS/"aw_halfspace.table"))
-        first = first_peak(shipped)
-        values[f"first_peak.ex{exercise} [kN]"] = 1e-3*first
-        for name, (_, changes) in CAUSES.items():
-            # The table depends on the law and the material alone.
-            kept = {} if {"model", "youngs_modulus"}.isdisjoint(changes) else {"table_file": ""}
-            own = {key: value*shipped.vY if key == "vY" else value for key, value in changes.items()}
-            values[f"cause.{name}.ex{exercise} [%]"] = 100*(first_peak(shipped.replace(own | kept))/first - 1)
+    shipped = {exercise: Case.exercise(exercise, "aw").replace(table_file="") for exercise in exercises}
+    table = ContactTable(shipped[1].replace(table_file=str(OUTPUTS/"aw_halfspace.table")))
+    first = {exercise: first_peak(case, table.for_case(case)) for exercise, case in shipped.items()}
+    values = {f"first_peak.ex{exercise} [kN]": 1e-3*peak for exercise, peak in first.items()}
+    for name, (_, changes) in CAUSES.items():
+        other = table
+        if not {"model", "youngs_modulus"}.isdisjoint(changes):        # a table depends on the law and the material alone
+            other = ContactTable(shipped[1].replace(changes))
+        for exercise, case in shipped.items():
+            changed = case.replace({key: value*case.vY if key == "vY" else value for key, value in changes.items()})
+            values[f"cause.{name}.ex{exercise} [%]"] = 100*(first_peak(changed, other.for_case(changed))/first[exercise] - 1)
     return values
 
 
-def first_peak(case: Case, table: ContactTable | None = None) -> float:
+def first_peak(case: Case, table: ContactTable) -> float:
     """The largest force of the first contact of the left flange [N]."""
     return ldbench.run(case, table=table).first_interval("LF").peak
 
