@@ -85,6 +85,8 @@ RESULTS = {
     "t_farthest_left, t_farthest_right, t_farthest_up": ("s", "times of these"),
     "peak_N_C": ("N", "largest normal force of a contact, over all steps"),
     "t_peak_C": ("s", "time of the largest normal force"),
+    "first_peak_N_C": ("N", "LF and RF only: largest normal force of a flange until it first opens; NaN with rigid contacts"),
+    "t_first_peak_C": ("s", "time of this force"),
     "peak_P_C": ("N.s", "largest impulse of one impact at a contact (rigid contacts only)"),
     "t_peak_P_C": ("s", "time of the largest impulse"),
     "lost": ("J", "energy lost in impacts (rigid contacts only)"),

@@ -28,7 +28,8 @@ ALWAYS = "t", "rows", "drift", "kinetic_energy", "steps", "step"      # numbers 
 # Results that only some runs tell, and what they are in the others.
 UNTOLD: dict[str, Any] = {
     "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, **{f"frequency_{k}": np.nan for k in (1, 2, 3)},
-    "changes": "", **{f"peak_P_{c}": 0.0 for c in CONTACTS}, **{f"t_peak_P_{c}": 0.0 for c in CONTACTS}, "lost": 0.0}
+    "changes": "", **{f"{name}_{c}": np.nan for name in ("first_peak_N", "t_first_peak") for c in ("LF", "RF")},
+    **{f"peak_P_{c}": 0.0 for c in CONTACTS}, **{f"t_peak_P_{c}": 0.0 for c in CONTACTS}, "lost": 0.0}
 
 
 @dataclass(frozen=True)

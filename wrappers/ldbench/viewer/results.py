@@ -65,8 +65,8 @@ def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
         return float(row[key])
     if key == "F_derailment":
         return float(row["t_derailment"])
-    if key.startswith("peak_N_"):
-        t = row[f"t_peak_{key.removeprefix('peak_N_')}"]
+    if "peak_N_" in key:
+        t = row[f"t_{key.replace('_N', '')}"]
         return None if t is None or not np.isfinite(t) else float(t)
     if key.startswith(("pmax_", "patch_")):
         return row[f"t_pmax_{key.rpartition('_')[2]}"]
