@@ -152,13 +152,14 @@ def case_types() -> str:
     kinds = {"real": "float", "integer": "int"}
     attributes, arguments = [], []
     for k, variable in enumerate(variables()):
-        choices = variable.range.startswith("one of ")
+        words = variable.range.removeprefix("one of ").split()
+        choices = f"Literal[{', '.join(map(repr, words))}]".replace("'", '"') if variable.range.startswith("one of ") else ""
         for name in dict.fromkeys((shortest_name(k), f"{variable.group}_{variable.name}")):
-            attributes.append(f"    {name}: Final[{kinds.get(variable.kind, 'str')}]")
-            arguments.append(f"    {name}: {kinds.get(variable.kind, 'str' if choices else 'str | PathLike[str]')}")
+            attributes.append(f"    {name}: Final[{kinds.get(variable.kind, choices or 'str')}]")
+            arguments.append(f"    {name}: {kinds.get(variable.kind, choices or 'str | PathLike[str]')}")
     return "\n".join([
         '"""Types of the variables of a case, for type checkers. docs/make_tables.py makes this file of the core\'s list."""',
-        "from os import PathLike", "from typing import Final, TypedDict", "", "class Variables:", *attributes, "",
+        "from os import PathLike", "from typing import Final, Literal, TypedDict", "", "class Variables:", *attributes, "",
         "class Values(TypedDict, total=False):", *arguments, ""])
 
 
