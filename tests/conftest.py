@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     import ldbench
     from ldbench import ContactTable
     from ldbench_round.tasks import Task
+    from specimen import World
 
 # A shell makes what it starts in the background ignore Ctrl-C, and so would the programs that tests interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -199,6 +200,19 @@ def ours(shipped: dict[str, Run]) -> dict[Task, ldbench.Run]:
     from ldbench_round.tasks import TASKS
 
     return {task: read_run(shipped[task.name].file) for task in TASKS if task.exercise < 5}
+
+
+@pytest.fixture(scope="session")
+def world(common: Path) -> World:
+    """A small project and its report, made once for all workers."""
+    from raw import Raw
+    from specimen import World, make_specimen
+
+    folder = common / "specimen"
+    with once(folder) as first:
+        if first:
+            make_specimen(folder)
+    return World(folder, *(Raw(folder / f"outputs/{name}.txt") for name in ("ex2_aw", "ex5_aw")))
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ def submitted(run: ldbench.Run, task: Task, folder: Path, dialect: imaginary.Dia
 
 
 # ---- maps ----------------------------------------------------------------------------
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_map_of_a_code_with_names_is_found(seed: int, own: None, another: dict[Task, ldbench.Run], tmp_path: Path):
     """Order, signs, units, zeros and names are those of another code; steel and contact law, too."""
     task = list(another)[seed % len(another)]
@@ -91,7 +91,9 @@ def test_the_map_that_is_printed_is_the_map(own: None, another: dict[Task, ldben
 
 
 # ---- findings ------------------------------------------------------------------------
-@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+@pytest.mark.parametrize("task", [
+    pytest.param(task, marks=() if task.name in ("ex1_sw", "ex2_aw", "ex5_sw") else pytest.mark.slow, id=task.name)
+    for task in TASKS])
 def test_our_runs_fail_in_nothing(task: Task, shipped: dict[str, Run]):
     """In exercise 5 rows are too far apart for the impacts; everything else is passed."""
     found = check.check_file(shipped[task.name].file)
@@ -113,12 +115,14 @@ def findings_of(frame: pd.DataFrame, task: Task) -> dict[str, Finding]:
     return {finding.what: finding for finding in check.findings_of(check.SubmittedFile(task, run, None))}
 
 
+@pytest.mark.slow
 def test_nothing_is_wrong_in_thousands_of_impacts(ramp: pd.DataFrame):
     """What rows and places of contacts leave of a balance grows with the time, and is nobody's mistake."""
     assert ramp["time"].iloc[-1] > 50
     assert {what: finding.verdict for what, finding in findings_of(ramp, Task(5, "aw")).items() if finding.verdict != PASSED} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mistakes", [
     {"roll acceleration is the rate of the velocity": ("roll_acc", 0.9, 0.0), "roll momentum closes": ("y_LF", 1.0, 0.03),
      "angle_LF is that of the force": ("angle_LF", 1.0, -0.3)},
@@ -141,7 +145,7 @@ def test_the_unit_of_the_time_is_that_of_the_length(said: str, length: float, fa
         assert found.unit == unit and found.said == said.strip("[]")
 
 
-@pytest.mark.parametrize(("task", "restitution"), [(TASK, 0.5), (Task(3, "sw"), 0.0), (Task(2, "sw"), 1.0)], ids=str)
+@pytest.mark.parametrize(("task", "restitution"), [(TASK, 0.5), (Task(2, "sw"), 1.0)], ids=str)
 def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: float, own: None, tmp_path: Path):
     """It has no column of impulses: momentum jumps, closes between, and is doubtful with a hint; so is a restitution below 1."""
     file = tmp_path/f"{task.name}.csv"

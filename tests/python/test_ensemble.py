@@ -261,6 +261,7 @@ ldbench.ensemble(ldbench.Case.from_namelist(sys.argv[1]), {"mass": [1300.0, 1400
 """
 
 
+@pytest.mark.slow
 def test_a_killed_process_loses_nothing_that_was_written(tmp_path, table, counted):
     """Nor does an ensemble of other members, which begins with what the killed one has."""
     case = short(t_end=1e-3)

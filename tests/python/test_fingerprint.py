@@ -30,6 +30,7 @@ from running import Run
 
 AW, SW = Task(2, "aw"), Task(2, "sw")
 pytestmark = pytest.mark.usefixtures("known_hertz")
+SLOW = {"marks": pytest.mark.slow}
 FIRST = 0.05            # to after the first blow of the left flange [s]
 
 
@@ -38,8 +39,9 @@ def of(frame: pd.DataFrame, task: Task = AW) -> Fingerprint:
 
 
 @pytest.mark.parametrize(("task", "laws"), [
-    (AW, Physics()), (SW, Physics(k=6e10)), (AW, Physics(k=1e9, n=1.0)), (SW, Physics(k=8e9, n=1.25)),
-    (AW, Physics(hunt_crossley=0.1)), (AW, Physics(kelvin_voigt=3e4))], ids=str)
+    (AW, Physics(k=8e9, n=1.25)), (AW, Physics(hunt_crossley=0.1)), (AW, Physics(kelvin_voigt=3e4)),
+    pytest.param(AW, Physics(), **SLOW), pytest.param(AW, Physics(k=1e9, n=1.0), **SLOW),
+    pytest.param(SW, Physics(k=6e10), **SLOW), pytest.param(SW, Physics(k=8e9, n=1.25), **SLOW)], ids=str)
 def test_the_law_of_contact_is_found(task: Task, laws: Physics):
     """Exponent, force and damping are those planted, within uncertainties of some percent."""
     found = of(physics.simulate(task, laws, FIRST), task)
@@ -73,7 +75,7 @@ def motion_uncertainty(ratio: float) -> float:
     return 0.02*ratio*(1 + abs(np.log2(ratio)))
 
 
-@pytest.mark.parametrize("scale", [0.5, 0.8, 1.2])
+@pytest.mark.parametrize("scale", [0.8, pytest.param(0.5, **SLOW), pytest.param(1.2, **SLOW)])
 def test_softer_and_stiffer_steel_has_less_and_more_of_the_force_of_hertz(scale: float):
     """Hertz's law of ours with another modulus has that share of the force, in rows every 0.1 ms.
 
@@ -125,7 +127,7 @@ def force_over_hertz(run: RunData, task: Task) -> float:
     return float(np.median(list(islice((ratio for ratio, misfit in ratios_to_hertz(run, task) if misfit < 0.03), 4))))
 
 
-@pytest.mark.parametrize("scheme", ["newmark", "symplectic Euler"])
+@pytest.mark.parametrize("scheme", ["symplectic Euler", pytest.param("newmark", **SLOW)])
 def test_the_step_of_a_code_that_writes_every_step(scheme: str):
     """Velocities that are half a step late do not look like damping."""
     found = of(physics.simulate(AW, Physics(step=1e-4, every=1, scheme=scheme), FIRST))
@@ -134,14 +136,16 @@ def test_the_step_of_a_code_that_writes_every_step(scheme: str):
     assert found.exponent.holds(1.5) and found.loss.holds(0.0) and found.damping_kind == NONE
 
 
-@pytest.mark.parametrize("laws", [Physics(pitch=5e-4), Physics(pitch=5e-4, stepwise=True)], ids=["linear", "stepwise"])
+@pytest.mark.parametrize("laws", [
+    pytest.param(Physics(pitch=5e-4), id="linear", **SLOW), pytest.param(Physics(pitch=5e-4, stepwise=True), id="stepwise")])
 def test_the_pitch_of_a_table_is_found(laws: Physics):
     found = of(physics.simulate(AW, laws, 0.08))
     assert found.pitch.holds(laws.pitch) and found.pitch.uncertainty < 0.02*laws.pitch, found.pitch
     assert not found.step.known
 
 
-@pytest.mark.parametrize(("task", "restitution"), [(AW, 1.0), (AW, 0.5), (SW, 0.8), (SW, 0.0)],
+@pytest.mark.parametrize(("task", "restitution"), [
+    (AW, 0.5), (SW, 0.0), pytest.param(AW, 1.0, **SLOW), pytest.param(SW, 0.8, **SLOW)],
                          ids=lambda value: str(getattr(value, "name", value)))
 def test_rigid_codes_and_their_restitution_are_found(task: Task, restitution: float):
     """With rows at impacts restitution is that of the case; in rows of 0.1 ms it is uncertain by when the impact was."""
@@ -154,7 +158,9 @@ def test_rigid_codes_and_their_restitution_are_found(task: Task, restitution: fl
     assert not even.pitch.known and not even.step.known
 
 
-@pytest.mark.parametrize("task", TASKS[:-1], ids=lambda task: task.name)
+@pytest.mark.parametrize("task", [
+    pytest.param(task, marks=() if task.name in ("ex1_sw", "ex2_aw", "ex4_sw") else pytest.mark.slow, id=task.name)
+    for task in TASKS[:-1]])
 def test_our_runs_are_elastic_half_spaces_without_loss(task: Task, shipped: dict[str, Run]):
     """Elastic, 3/2 in the uncertainty or within 0.06, no loss, no damping, no step, no table, and the size of Hertz's law."""
     run = ldbench.read_run(shipped[task.name].file)

@@ -218,6 +218,7 @@ def tables(shipped: dict[str, Run]) -> dict[str, ContactTable]:
     return {"elastic": ContactTable(Case.exercise(2, "aw").replace(table_file=str(file)))}
 
 
+@pytest.mark.slow
 def test_the_yardstick_of_exercise_2_is_measured_again(tables: dict[str, ContactTable]):
     """The horizon and all spreads are those of the file."""
     found = rounded(measured_yardstick(TASK, tables, longest=0.35))

@@ -15,115 +15,78 @@ from pypdf import PdfReader
 
 from invented import altered
 from ldbench import Case, Error, Event, _core, run
-from ldbench._core import pools
 from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
-from ldbench._core.pools import call_known, processes
-from ldbench.conicity import GEOMETRY_PITCH
-from ldbench.plots.series import PAGES
 from ldbench.report import abstract, authors, formulations, stretches, submission, twins
 from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
-from running import CASES, REPO, namelist, once
+from running import CASES
+from specimen import World
 
 SMALL = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
+SENT = {"ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
+KEPT = {"formulations.json", "twins.json"}
 
-
-SOME = tuple(page for page in PAGES if page.title in ("motion", "contact forces"))       # stand for all pages of a run
 
 @pytest.fixture(scope="module")
-def project(common: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Exercise 3 to the first flange contact with both pairs of profiles and coarse tables, reported."""
-    made = common/"reported"
-    with once(made) as first:
-        if first:
-            report_small_project(made)
-    return Path(shutil.copytree(made, tmp_path_factory.mktemp("project"), dirs_exist_ok=True))
-
-
-def report_small_project(root: Path) -> None:
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Exercise 3 to the first flange contact with both pairs of profiles and coarse tables, reported without pages."""
+    root = tmp_path_factory.mktemp("project")
     (root/"inputs").mkdir()
     for pair in ("aw", "sw"):
-        (root/"inputs"/f"ex3_{pair}.nml").write_text(namelist(
-            case={"name": f"ex3_{pair}", "title": f"small {pair}"}, initial={"vY": 1.0, "roll_rate": 0.0333},
-            profiles={"wheel_profile": REPO/f"profiles/{pair[0]}wprof.yz",
-                      "rail_profile": REPO/f"profiles/{pair[0]}rprof.yz"},
-            contact={"model": "strip"}, table={"file": f"outputs/{pair}_strip.table", **SMALL},
-            integrator={"scheme": "energy", "dt": 1e-5, "t_end": 0.03}, output={"file": f"outputs/ex3_{pair}.txt"}))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ldbench.plots.document.PAGES", SOME)
-        for module in "table", "conicity":          # rows of the geometry, five times as far apart
-            patch.setattr(f"ldbench.{module}.GEOMETRY_PITCH", 5*GEOMETRY_PITCH)
-        patch.chdir(root)
-        made = make_report(Path("inputs"), Path("outputs"), jobs=2)
-    assert [file.name for file in made] == [
-        "ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv",
-        "ldbench_results.html"]
+        case = Case.exercise(3, pair).replace(model="strip", dt=1e-5, t_end=0.03, table_file=f"outputs/{pair}_strip.table", **SMALL)
+        case.to_namelist(root/f"inputs/ex3_{pair}.nml")
+    assert remake(root) == {"ex3_aw.txt", "ex3_sw.txt", *SENT, *KEPT}
+    return root
 
 
-def test_products_are_there_and_nothing_else(project: Path):
-    sent = {"ex3_aw.txt", "ex3_sw.txt", "ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
-    kept = {"formulations.json", "twins.json"}
-    assert {file.name for file in (project/"outputs").iterdir()} == sent | {"aw_strip.table", "sw_strip.table", ".ldbench"}
-    assert {file.name for file in (project/"outputs/.ldbench").iterdir()} == kept | {f"{name}.stamp" for name in sent | kept}
+def test_products_are_there_and_nothing_else(world: World):
+    sent = {"ex2_aw.txt", "ex5_aw.txt", *SENT}
+    assert {file.name for file in world.outputs.iterdir() if file.suffix != ".table"} == {*sent, ".ldbench"}
+    assert {file.name for file in (world.outputs/".ldbench").iterdir()} == KEPT | {f"{name}.stamp" for name in sent | KEPT}
 
 
-def test_plots_have_pages_and_bookmarks(project: Path):
-    document = PdfReader(project/"outputs/ldbench_plots.pdf")
-    per_run = len(SOME) + 2
-    formulations = 3         # the table with what it takes to go over the flange, exercise 3, values of both pairs
-    first = 1 + 1 + 2 + 2    # contents, summary, geometry, side by side
-    assert len(document.pages) == first + 2*per_run + formulations
+def test_plots_have_pages_and_bookmarks(world: World):
+    document = PdfReader(world.outputs/"ldbench_plots.pdf")
+    pages = [page.extract_text() for page in document.pages]
     chapters = [part for part in document.outline if not isinstance(part, list)]
+    exercises = [f"Exercise {k}, actual profiles (left), simplified profiles (right)" for k in (2, 5)]
     assert [part.title for part in chapters] == [
-        "Contents", "Summary", "Contact geometry, actual profiles", "Contact geometry, simplified profiles", "Side by side",
-        "Exercise 3, actual profiles", "Exercise 3, simplified profiles", "Elastic contact or constraint equations"]
-    assert [document.get_destination_page_number(part) for part in chapters] == [
-        0, 1, 2, 3, 4, first, first + per_run, first + 2*per_run]
-    run = read_data(project/"outputs/ex3_aw.txt")
-    assert f"{run.first_contact('LF'):.6f}" in document.pages[1].extract_text()
-    inner = [part for part in document.outline if isinstance(part, list)]
-    for parts, pair in zip(inner[1:3], ("actual", "simplified"), strict=True):
-        assert [part.title for part in parts] == [
-            *(page.title for page in SOME), "energy, phase portrait, spectrum", "impacts of flanges"]
+        "Contents", "Summary", "Contact geometry, actual profiles (left), simplified profiles (right)", *exercises,
+        "Elastic contact or constraint equations"]
+    numbers = [document.get_destination_page_number(part) for part in chapters]
+    assert numbers[:4] == [0, 1, 2, 3] and numbers == sorted(numbers)
+    for parts, exercise in zip([part for part in document.outline if isinstance(part, list)][:2], exercises, strict=True):
         for part in parts:
-            page = document.pages[document.get_destination_page_number(part)]
-            assert f"Exercise 3, {pair} profiles: {part.title}" in page.extract_text()
-    words = document.pages[first].extract_text()
-    for word in ("lateral Y [mm]", "vertical Z [mm]", "roll Φ [mrad]", "time [s]", "reconstructions", "'strip'"):
-        assert word in words
-    assert "time [ms]" in document.pages[first + per_run - 1].extract_text()
-    for k, page in enumerate(document.pages):
-        assert f"{k + 1} / {len(document.pages)}" in page.extract_text()
+            assert f"{exercise}: {part.title}" in pages[document.get_destination_page_number(part)]
+    assert all(f"{k} / {len(pages)}" in page for k, page in enumerate(pages, 1))
 
 
 LONG_AGO = 10**9      # [s]
 
 
 def remake(project: Path) -> set[str]:
-    """Report again; the names of what was written."""
-    files = [file for file in (project/"outputs").rglob("*") if file.is_file() and file.suffix != ".stamp"]
-    for file in files:
-        os.utime(file, (LONG_AGO, LONG_AGO))
+    """Report, without drawing and typesetting; the names of what was written."""
+    outputs = project/"outputs"
+    for file in outputs.rglob("*"):
+        if file.is_file() and file.suffix != ".stamp":
+            os.utime(file, (LONG_AGO, LONG_AGO))
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(project)
+        patch.setattr(submission, "drawing", lambda runs, target, *rest: nullcontext(lambda: target.write_text("plots")))
+        patch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
         make_report(Path("inputs"), Path("outputs"), jobs=2)
-    return {file.name for file in files if file.stat().st_mtime != LONG_AGO}
+    return {file.name for file in outputs.rglob("*") if file.is_file() and file.suffix not in (".stamp", ".table")
+            and file.stat().st_mtime != LONG_AGO}
 
 
-def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path):
     project = Path(shutil.copytree(project, tmp_path/"project"))       # the other tests' stays as it is
-    # Pages and typesetting are not the point here.
-    monkeypatch.setattr(submission, "drawing", lambda runs, target, *rest: nullcontext(lambda: target.write_text("plots")))
-    monkeypatch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
     assert remake(project) == set()
     inputs = project/"inputs/ex3_sw.nml"
     inputs.write_text(inputs.read_text().replace("vY = 1.0", "vY = 0.9"))
-    assert remake(project) == {
-        "ex3_sw.txt", "formulations.json", "twins.json", "ldbench_plots.pdf", "ldbench_abstract.pdf",
-        "summary.csv", "ldbench_results.html"}
-    assert remake(project) == set()
+    assert remake(project) == {"ex3_sw.txt", *SENT, *KEPT}
     columns = project/"outputs/ex3_aw.txt"
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
     assert remake(project) == {"ex3_aw.txt"}      # the same columns again: the rest still holds
@@ -189,20 +152,19 @@ def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: 
     assert error.value.expected == expected and error.value.found.startswith(found)
 
 
-@pytest.mark.parametrize("changed", ["viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"])
-def test_a_change_of_the_program_makes_its_products_again(changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_change_of_the_program_makes_its_products_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Any file counts: scripts of the page, modules, the compiled core. What Python keeps of its own does not."""
     package, product = tmp_path/"package", tmp_path/"page.html"
-    for name in ("viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py", "viewer/__pycache__/page.pyc"):
+    names = "viewer/__pycache__/page.pyc", "viewer/static/scene.js", "viewer/page.py", "_core/_flat.so", "results/columns.py"
+    for name in names:
         (package/name).parent.mkdir(parents=True, exist_ok=True)
         (package/name).write_text("before")
     monkeypatch.setattr(_core.kept, "program_digest", lambda: program_digest.__wrapped__(package))
     product.write_text("page")
-    write_stamp(product, {})
-    (package/"viewer/__pycache__/page.pyc").write_text("after")
-    assert is_up_to_date(product, {})
-    (package/changed).write_text("after")
-    assert not is_up_to_date(product, {})
+    for name in names:
+        write_stamp(product, {})
+        (package/name).write_text("after")
+        assert is_up_to_date(product, {}) == name.endswith(".pyc")
 
 
 def test_values_of_formulations_stand_under_their_pair(project: Path):
@@ -254,25 +216,10 @@ def test_stretches_of_a_run_follow_its_rows(tmp_path: Path):
 
 
 def test_exercise_5_derails_at_one_load(tmp_path: Path):
-    """That of the column file, from which the formulations are tabulated with a report and without."""
+    """Also without a report, the formulations have the load of the column file; test_places.py has them with a report."""
     case = Case.exercise(5, "aw").replace(model="hertz", accuracy=0.1, table_file=tmp_path/"aw.table", lateral_ramp=4e6, dt=1e-5,
                                           interval=1e-3)
     case.to_namelist(tmp_path/"ex5_aw.nml")
-    file = read_data(run(case).write(tmp_path/"ex5_aw.txt"))
-    derailment = file.first("derailment")
-    for submitted in (), (file,):
-        found = formulations.outcomes(tmp_path, 2, submitted=submitted)[0]
-        assert (found.formulation, found.ending.partition(" over")[0]) == ("elastic", "derails")
-        assert found.results["F_derailment"] == pytest.approx(derailment.force, abs=1 if not submitted else 0)
-
-
-def test_work_of_processes_is_done_here_where_the_system_has_no_fork(monkeypatch):
-    """Results come in the order of the tasks, and an error comes with the result that is asked for."""
-    monkeypatch.setattr(pools, "FORKS", False)
-    seen: list[int] = []
-    with processes(4, 3, [lambda n: seen.append(n) or 10*n]) as pool:
-        asked = [pool.submit(call_known, 0, n) for n in (1, 2)] + [pool.submit(int, "no number")]
-        assert seen == [1, 2] and [future.result() for future in asked[:2]] == [10, 20]
-        assert list(pool.map(abs, [-1, -2])) == [1, 2]
-        with pytest.raises(ValueError, match="no number"):
-            asked[2].result()
+    found = formulations.outcomes(tmp_path, 2)[0]
+    assert (found.formulation, found.ending.partition(" over")[0]) == ("elastic", "derails")
+    assert found.results["F_derailment"] == pytest.approx(run(case).first("derailment").force, abs=1)

@@ -348,35 +348,3 @@ ABSTRACT_LABELS = [
     r"= 1 2[∬∫]", r"𝑘 = 3 4", r"\(1−𝜈2\)", r"𝑈 = 2 5", r"≥0", r"𝛽 =0", r"𝑀−1", r"𝑖=1,…,6", r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
     r"moved by 1 µm|than 0\.1 %", r"about 1\.6 times", r"differ by up to 30°", r"tables have [\d× +]+points",
     r"\(APTA 140M and 240\).*?exercise 5 by up to \S+ %"]          # test_docs: spread.json has what the check measured
-
-
-# Where numbers are shown, and the tests that compare them with something of their own.
-PLACES = {
-    "run": ["shown/test_shown.py::test_summary", "shown/test_shown.py::test_results_in_the_column_file"],
-    "report": ["shown/test_shown.py::test_summary_page", "shown/test_shown.py::test_summary_csv",
-               "shown/test_shown.py::test_table_of_the_abstract", "shown/test_shown.py::test_words_of_the_abstract",
-               "shown/test_shown.py::test_table_of_the_results_page"],
-    "plot": ["shown/test_shown.py::test_page_of_impacts", "shown/test_shown.py::test_every_number_in_the_words_of_the_pages",
-             "shown/test_shown.py::test_ramp_page", "python/test_plots.py::test_page_draws_the_columns",
-             "python/test_plots.py::test_phase_portrait_is_velocity_over_displacement",
-             "shown/test_places.py::test_geometry_page", "shown/test_places.py::test_side_by_side"],
-    "view": ["shown/test_shown.py::test_page_facts", "shown/test_page.py::test_rows_of_the_page",
-             "shown/test_page.py::test_tooltip_of_every_curve", "shown/test_page.py::test_every_number_of_the_page",
-             "shown/test_shown.py::test_film"],
-    "pressure": ["shown/test_shown.py::test_pressure"],
-    "compare": ["shown/test_places.py::test_comparison_pages", "shown/test_places.py::test_impacts_of_few_rows_are_counted"],
-    "study": ["shown/test_places.py::test_study", "python/test_compare.py::test_study_changes_what_it_says"],
-    "formulations": ["shown/test_shown.py::test_values_of_formulations", "shown/test_places.py::test_formulations"],
-    "table": ["program/test_commands.py::test_json_of_table", "physics/test_tables.py::test_every_mouth_tells_the_same_error"],
-    "profile": ["shown/test_places.py::test_profile",
-                "python/test_profile_page.py::test_dimension_lines_are_as_long_as_the_measures",
-                "python/test_profile_page.py::test_measures_of_a_wheel"],
-    "collate": ["python/test_collate.py::test_planted_numbers_come_back",
-                "python/test_collate.py::test_grades_are_rows_of_the_table"],
-    "check": ["python/test_stranger_files.py::test_a_mistake_does_not_pass"],
-    "score": ["python/test_metrics.py::test_scaled_forces"],
-    "fingerprint": ["python/test_fingerprint.py::test_the_law_of_contact_is_found"],
-    "ensemble": ["python/test_ensemble.py::test_a_member_is_a_run"], "variables": ["python/test_api.py::test_variables_command"],
-    "README and docs": ["program/test_docs.py::test_commands_print_what_the_page_shows",
-                        "program/test_docs.py::test_every_measured_number_is_quoted",
-                        "python/test_pictures.py::test_caption_of_the_wheelset_tells_its_force"]}

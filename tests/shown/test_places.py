@@ -229,6 +229,10 @@ def test_study(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     labels = [r"steps? (?:of )?0\.1 ms", r"exercise 5 cut short", r"\d / \d+$", r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$"]
     assert differing(first, lines, world, labels) == []
     assert not any(re.search(r"\d (?:mm|kN|ms|µm|%)", text.replace("step 0.1 ms", "")) for text in others)
+    times = {file: file.stat().st_mtime_ns for file in (tmp_path/"study").glob("*.txt")}
+    monkeypatch.setattr("ldbench.report.study.save_document", lambda *drawn: None)
+    make_study(Path("inputs"), tmp_path, 2, ramp_end=0.3)
+    assert times == {file: file.stat().st_mtime_ns for file in (tmp_path/"study").glob("*.txt")}, "runs that are there stay"
 
 
 def test_formulations(world: World):

@@ -15,7 +15,6 @@ import ldbench
 import table
 from browser import facts
 from ldbench.__main__ import main
-from ldbench.commands import COMMANDS
 from ldbench.geometry.pressures import run_patches
 from ldbench.plots.document import case_figures
 from ldbench.plots.impact import impact_page
@@ -411,15 +410,3 @@ def test_pressure(contact: str, world: World, tmp_path: Path, capsys: pytest.Cap
              Line(r"^largest (\S+) MPa, mean (\S+) MPa, Hertz (\S+) MPa on (\S+) mm²", "pressures [MPa], area [mm2]",
                   lambda w: (force/area/FULLNESS[0], force/area, largest, np.pi*length*width/4), 0.05)]
     assert differing(text, lines, world, table.PAGE_LABELS) == []
-
-
-# Every place -------------------------------------------------------------------------------
-
-def test_every_command_and_place_has_its_lines():
-    """A command that shows numbers is in the table, here or with the test that compares its numbers."""
-    assert set(table.PLACES) >= set(COMMANDS)
-    root = Path(__file__).parents[1]
-    for place, tests in table.PLACES.items():
-        for name in tests:
-            file, _, test = name.partition("::")
-            assert f"def {test}(" in (root/file).read_text(), (place, name)
