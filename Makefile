@@ -85,7 +85,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench collation docs wheel install reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(RIGID),,$(if $(wildcard $(PYTHON)),$(WRAPPER))))
@@ -289,12 +289,6 @@ bench:
 	$(STUDY) tests/bench $(if $(FULL),--full)
 	$(STUDY) tests/support/view_speed.py
 
-# Twelve codes that do not exist by ten simulations, exercise 5 included, and what their collation costs: 2 GB of files.
-FOLDER = build/collation
-collation:
-	$(call built,$(EXE) $(WRAPPER))
-	$(STUDY) tests/support/imaginary_round.py $(FOLDER)
-
 # Tools that no part of ldbench imports have a separate virtual environment.
 TOOLS = build/tools/bin
 define tools
@@ -372,7 +366,6 @@ help:
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo '                FULL=1: all cases, methods and members'
-	@echo 'make collation  twelve codes that do not exist, in FOLDER=build/collation, and time and memory of their collation'
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make install    the executable, inputs and profiles, below PREFIX=/usr/local; packages are made with DESTDIR=...'

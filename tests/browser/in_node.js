@@ -1,5 +1,5 @@
 // Loads scripts of the page into a context with small stubs, and answers the question that comes as JSON by standard
-// input: {scripts: [path], task, ...}. The answer is JSON too; columns of numbers are base64 of their bytes.
+// input: {scripts: [path], task, ...}. The answer is JSON too.
 "use strict";
 const fs = require("node:fs");
 const vm = require("node:vm");
@@ -20,18 +20,6 @@ function load(context, scripts) {
       if (error.message !== NO_PAGE) throw error;
     }
   }
-}
-
-const bytes = array => Buffer.from(array.buffer, array.byteOffset, array.byteLength).toString("base64");
-const each = (found, change) => Object.fromEntries(Object.entries(found).map(([name, value]) => [name, change(value)]));
-
-// All that the decoder makes of a run.
-async function decode(context, {index, body}) {
-  const run = await vm.runInContext("readRun", context)(index, body);
-  return {
-    t: bytes(run.t), exact: each(run.exact, bytes), tracks: each(run.tracks, bytes), rows: run.rows, bin: run.bin,
-    bands: each(run.bands, band => each(band, bytes)), rowTimes: run.rowTimes ? bytes(run.rowTimes) : null,
-  };
 }
 
 // What a page with these runs, at time t, does when its address has the fragment.
@@ -85,7 +73,7 @@ function syntax(context, {files}) {
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {decode, derive, follow, link, charts, syntax}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {derive, follow, link, charts, syntax}[question.task](context, question)));
 }
 
 main();

@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-import ldbench
 from browser import Browser, go
 from ldbench.results.run_data import read_data
 from running import Run
@@ -241,16 +240,3 @@ def test_a_link_holds_the_whole_state(browser: Browser, two: Path):
     browser.open(two, link)
     assert browser.run(state) == before
     assert settled(browser) == link and browser.log() == []
-    # A link of before, to a moment alone, changes nothing else.
-    go(browser, 0.02)
-    assert browser.run("return ldbench.charts.length") == 5
-
-
-def test_the_namelist_of_a_run_is_in_its_page(browser: Browser, one: Path, shipped: dict[str, Run]):
-    """It can be read and run again."""
-    browser.open(one)
-    text = browser.text("#about .namelist pre")
-    assert ldbench.Case.from_namelist(text).values == read_data(shipped["ex1_aw"].file).case.values
-    browser.run(SAVED)
-    browser.run("document.querySelector('#about .namelist button').click()")
-    assert browser.run("return window.savedName") == "ex1_aw.nml"

@@ -1,4 +1,4 @@
-"""The page's scripts without a browser: their syntax, the decoder of columns and the reader of links, run by node."""
+"""The page's scripts without a browser: their syntax, derived columns and the reader of links, run by node."""
 from __future__ import annotations
 
 import json

@@ -1,4 +1,4 @@
-"""What the page shows is right: colours, lines, axes, times, events, many runs; in a real browser."""
+"""What the page shows is right: colours, times, peaks, events; in a real browser."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -11,15 +11,6 @@ import pytest
 from browser import Browser, facts, go
 from ldbench.results.run_data import read_data
 from running import Run
-
-# What a chart draws on its canvas: words with their boxes.
-RECORD = """window.words = []; const before = CanvasRenderingContext2D.prototype.fillText;
-  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
-    const place = this.getTransform(), k = place.a || 1, width = this.measureText(text).width;
-    const left = x - {left: 0, center: width/2, right: width}[this.textAlign];
-    if (place.b === 0) window.words.push({text, x, y, left, right: left + width, canvas: this.canvas.parentElement.className});
-    before.call(this, text, x, y);
-  }"""
 
 
 def channels(colour: str) -> list[int]:
@@ -42,29 +33,6 @@ def test_left_is_blue_and_right_is_orange(browser: Browser, one: Path):
             assert all(abs(red - blue) < 60 for red, _, blue in others)
     finally:
         browser.size(1366, 860)
-
-
-def test_axes_have_two_numbers_or_more_that_stand_apart(browser: Browser, one: Path):
-    browser.open(one)
-    browser.run(RECORD)
-    for start, length in ((0, 0.5), (0, 0.011), (0.1, 1e-3), (0.1049, 1e-5), (0.2, 3.7e-7), (0.3, 0.199)):
-        words = browser.run("window.words = []; ldbench.setWindow(arguments[0], arguments[1]); return window.words", start, length)
-        charts = browser.run("return ldbench.charts.length")
-        ends = [word for word in words if word["text"].endswith(" s")]
-        assert len(ends) == charts                                      # every chart tells the unit of time once
-        bottom = ends[0]["y"]
-        below = sorted((word for word in words if word["y"] == bottom), key=lambda word: word["left"])
-        assert len(below) >= 2*charts
-        groups: dict[str, int] = {}
-        for word in below:
-            groups[word["text"]] = groups.get(word["text"], 0) + 1
-        assert set(groups.values()) == {charts}                         # no number stands twice in a chart
-        starts = sorted({word["left"]: word["right"] for word in below}.items())
-        assert all(right < left for (_, right), (left, _) in pairwise(starts))
-        beside = [word for word in words if word["y"] != bottom]
-        assert len(beside) >= 2*charts
-        for at in sorted({word["canvas"] for word in beside}):
-            assert at == "chart"
 
 
 def test_values_of_a_long_run_are_those_of_the_clock(browser: Browser, ex5: Path, shipped: dict[str, Run]):

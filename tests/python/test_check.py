@@ -14,6 +14,7 @@ import pytest
 import imaginary_codes as imaginary
 import imaginary_physics as physics
 import ldbench
+from hostile_files import HOSTILE
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.columns import RawTable
@@ -149,17 +150,13 @@ def test_the_unit_of_the_time_is_that_of_the_length(said: str, length: float, fa
 def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: float, own: None, tmp_path: Path):
     """It has no column of impulses: momentum jumps, closes between, and is doubtful with a hint; so is a restitution below 1."""
     file = tmp_path/f"{task.name}.csv"
-    imaginary.write(imaginary.table_of(physics.rigid(task, restitution), 1e-4), file, PLAIN)
+    frame = imaginary.table_of(physics.rigid(task, restitution), 1e-4)
+    imaginary.write(frame, file, PLAIN)
     found = {finding.what: finding for finding in check.check_file(file).findings}
     assert [finding.what for finding in found.values() if finding.verdict == FAILED] == []
     assert found["vertical momentum closes"].verdict == DOUBTFUL and found["vertical momentum closes"].hint
     assert (found["energy closes"].verdict == DOUBTFUL) == (restitution < 1)
-
-
-def test_a_rigid_code_is_wrong_where_it_is(own: None, tmp_path: Path):
-    """Between impacts, forces have to agree with velocities: here the vertical ones lack a fifth."""
-    file = tmp_path/f"{TASK.name}.csv"
-    frame = imaginary.table_of(physics.rigid(TASK, 0.0), 1e-4)
+    # Between impacts, forces have to agree with velocities: here the vertical ones lack a fifth.
     frame[[f"Fz_{contact}" for contact in imaginary.LONG]] *= 0.8
     imaginary.write(frame, file, PLAIN)
     found = {finding.what: finding for finding in check.check_file(file).findings}
@@ -190,6 +187,19 @@ def test_a_folder_says_what_is_missing_and_goes_on(own: None, another: dict[Task
         assert only["verdict"] == FAILED and name in only["hint"] and "\n" not in only["hint"]
     assert facts["folder"][0]["number"] == 3 and "exercise 1, simplified" in facts["folder"][0]["hint"]
     assert facts["folder"][1]["verdict"] == UNKNOWN and "notes.txt" in facts["folder"][1]["hint"]
+
+
+@pytest.mark.parametrize("kind", ["a device", "a pipe", "a loop", "binary"])
+def test_a_hostile_file_is_one_line(kind: str, own: None, another: dict[Task, ldbench.Run], tmp_path: Path,
+                                    capsys: pytest.CaptureFixture[str]):
+    """For check and fingerprint; test_collate.py has all kinds."""
+    good, _ = submitted(another[TASK], TASK, tmp_path, PLAIN)
+    (tmp_path/"hostile").mkdir()
+    HOSTILE[kind](tmp_path/"hostile"/good.name, good)
+    for command in "check", "fingerprint":
+        assert main([command, str(tmp_path/"hostile"/good.name)]) == 1
+        said = capsys.readouterr()
+        assert said.out == "" and said.err.count("\n") == 1 and good.name in said.err
 
 
 def test_a_file_that_is_no_simulation_is_told_and_does_not_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,

@@ -2,10 +2,8 @@
 from __future__ import annotations
 
 import shutil
-import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,14 +15,13 @@ import imaginary_round
 import ldbench
 from browser import facts
 from hostile_files import HARMLESS, HOSTILE
-from imaginary_round import CODES, Runs
-from ldbench import _core
+from imaginary_round import Runs
 from ldbench.__main__ import main
 from ldbench._core.files import write_frame
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
-from ldbench_round import check, kept_entries, own_runs, round_numbers
+from ldbench_round import check, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC
 from ldbench_round.round_grades import find_references
@@ -35,6 +32,7 @@ from ldbench_round.tasks import TASKS, Task
 from running import Run, once
 
 FAST, SLOW = Task(4, "aw"), Task(2, "aw")
+CODES = [code for code in imaginary_round.CODES if code.name not in ("Flange8", "Hunt", "Lumen")]
 
 
 @pytest.fixture(scope="module")
@@ -55,11 +53,11 @@ def runs() -> Runs:
 
 @pytest.fixture(scope="module")
 def written(common: Path, runs: Runs) -> Path:
-    """Twelve codes with one simulation each, three of them with another one."""
+    """Codes with one simulation each, three of them with another one."""
     folder = common/"round"
     with once(folder) as first:
         if first:
-            imaginary_round.write_round(folder, [FAST], runs=runs)
+            imaginary_round.write_round(folder, [FAST], CODES, runs)
             for code in CODES[:3]:
                 imaginary_round.submit(code, SLOW, folder, runs)
     return folder
@@ -73,7 +71,7 @@ def codes(written: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def collated(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> tuple[Collation, Path]:
-    """The collation of the twelve, and the folder of what is kept."""
+    """Their collation, and the folder of what is kept."""
     store = tmp_path_factory.mktemp("kept")
     return collate(written, store, 2), store
 
@@ -111,21 +109,15 @@ def test_planted_numbers_come_back(code: imaginary_round.Code, collated: tuple[C
         assert value["energy_error"] > 0.01
 
 
-@pytest.mark.parametrize("name", ["Hunt", "Impakt"])
-def test_an_impact_of_rigid_contacts_takes_no_time(name: str, collated: tuple[Collation, Path], runs: Runs):
+def test_an_impact_of_rigid_contacts_takes_no_time(collated: tuple[Collation, Path], runs: Runs):
     """The file has no force of the impact. The velocities tell when it was; there is no force, and the CSV says why."""
-    found, _ = collated
-    code = next(one for one in CODES if one.name == name)
-    run = runs.of(code, FAST)
+    run = runs.of(next(one for one in CODES if one.name == "Impakt"), FAST)
     event = next(one for one in run.events if one.impulses.get("LF", 0.0) > 0)
-    entry = found.entries[name, FAST]
-    assert entry.numbers["t_left_flange"].value == pytest.approx(event.t, abs=1.01e-4)
-    assert entry.numbers["duration"].value == 0
-    assert np.isnan(entry.numbers["peak"].value) and "no time" in entry.numbers["peak"].reason
-    near = run.time[np.abs(run.time - event.t) < 1e-9]
-    assert near.size >= 2
-    k = np.flatnonzero(np.abs(run.time - event.t) < 1e-9)
-    assert entry.numbers["rebound"].value == pytest.approx(-run.values("vY")[k[-1]]/run.values("vY")[k[0]], abs=2e-3)
+    numbers = collated[0].entries["Impakt", FAST].numbers
+    assert numbers["t_left_flange"].value == pytest.approx(event.t, abs=1.01e-4) and numbers["duration"].value == 0
+    assert np.isnan(numbers["peak"].value) and "no time" in numbers["peak"].reason
+    before, *_, after = run.values("vY")[np.abs(run.time - event.t) < 1e-9]
+    assert numbers["rebound"].value == pytest.approx(-after/before, abs=2e-3)
 
 
 class Invented(RunData):
@@ -206,53 +198,30 @@ def test_the_table_has_every_code_simulation_and_number(collated: tuple[Collatio
     assert checks.value.sum() == sum(found.entries["Adams", FAST].verdict.values()) > 30
 
 
-def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    late = tmp_path/"late"
+def test_a_late_submission_costs_its_own_files_alone(codes: Path, own: None, tmp_path: Path):
+    """So does a file that has changed; the bytes of before give the lines of before."""
+    late, store = tmp_path/"late", tmp_path/"store"
     shutil.move(codes/"Elastra", late)
-    store = tmp_path/"store"
     store.mkdir()
     for name in ("Hunt", "Impakt", "Jolt", "Kinema", "Lumen"):      # what is tried here needs no twelve codes
-        shutil.rmtree(codes/name)
+        shutil.rmtree(codes/name, ignore_errors=True)
     first = collate(codes, store)
     before = table(first, tmp_path/"before.csv")
-    kept = {file.name: (file.read_bytes(), file.stat().st_mtime_ns) for file in store.iterdir()}
-    assert len(first.computed) == 6 + 3 and len(kept) == 6
+    kept = {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in store.iterdir()}
+    assert len(first.computed) == 3 + len(kept)
     shutil.move(late, codes/"Elastra")
-
-    def read_late(file: Path, *rest: Any) -> check.SubmittedFile:
-        assert file.parent.name == "Elastra"
-        return check.read_submitted(file, *rest)
-
-    monkeypatch.setattr(kept_entries, "read_submitted", read_late)
     second = collate(codes, store)
     assert second.computed == (("Elastra", FAST),)
     after = table(second, tmp_path/"after.csv")
-    assert [line for line in after if not line.startswith("Elastra,")] == before
-    assert sum(line.startswith("Elastra,") for line in after) > 10
-    assert all((store/name).read_bytes() == data and (store/name).stat().st_mtime_ns == when for name, (data, when) in kept.items())
-    # A file that has changed is read again; its bytes as before give the bytes as before.
+    assert [line for line in after if not line.startswith("Elastra,")] == before and len(after) > len(before) + 10
+    assert all((file.read_bytes(), file.stat().st_mtime_ns) == known for file, known in kept.items())
     file = codes/"Elastra"/f"{FAST.name}.csv"
     text = file.read_text()
-    file.write_text(text.rsplit("\n", 3)[0] + "\n")
-    changed = collate(codes, store)
-    assert changed.computed == (("Elastra", FAST),)
-    file.write_text(text)
-    assert collate(codes, store).computed == (("Elastra", FAST),)
-    assert table(collate(codes, store), tmp_path/"again.csv") == after
-
-
-def test_another_program_or_core_keeps_no_entry(codes: Path, own: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    for folder in codes.iterdir():
-        if folder.name != "Elastra":
-            shutil.rmtree(folder)
-    assert collate(codes, tmp_path).computed == (("Elastra", FAST),) and collate(codes, tmp_path).computed == ()
-    core = next(file for file in _core.kept.files_of(_core.kept.PACKAGE) if file.suffix == ".so")
-    read = Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda file: b"another core" if file == core else read(file))
-    _core.kept.program_digest.cache_clear()
-    again = collate(codes, tmp_path).computed
-    _core.kept.program_digest.cache_clear()
-    assert again == (("Elastra", FAST),)
+    for changed in text.rsplit("\n", 3)[0] + "\n", text:
+        file.write_text(changed)
+        found = collate(codes, store)
+        assert found.computed == (("Elastra", FAST),)
+    assert table(found, tmp_path/"again.csv") == after
 
 
 # ---- descriptions --------------------------------------------------------------------
@@ -288,15 +257,6 @@ def test_what_cannot_be_in_a_description_is_one_line(told: str, said: str, tmp_p
     first, *rest = code.remarks
     assert said in first and len(first) < 420 and rest == ["expected files such as ex1_aw.csv, found none"], code.remarks
     assert told.partition(" =")[0] not in code.facts or "[" in told or "{" in told
-
-
-def test_thousands_of_unknown_keys_are_eleven_lines(tmp_path: Path):
-    keys = "".join(f"formulatio_{k} = {k}\n" for k in range(16000))
-    begun = time.process_time()
-    (code,), _ = find_submissions(described(tmp_path, f'code = "One"\n{keys}'))
-    assert time.process_time() - begun < 5
-    assert code.facts == {"code": "One"}
-    assert len(code.remarks) == 12 and "more keys that are unknown" in code.remarks[10]
 
 
 def test_the_map_of_a_description_is_used(codes: Path, own: None, tmp_path: Path):
@@ -373,30 +333,33 @@ def test_hostile_files_harm_no_others(hostile: tuple[Collation, Path], collated:
 
 
 # ---- document, page, command ---------------------------------------------------------
-def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path, own: None, tmp_path: Path,
+def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path, written: Path, own: None, tmp_path: Path,
                                                                     capsys: pytest.CaptureFixture[str]):
+    """Matrices of files and of grades; for each simulation curves, and numbers, scores and findings of four codes on a page."""
     for code in CODES[4:]:
         shutil.rmtree(codes/code.name)
     (codes/"Dynarail/ex2_aw.csv").write_text("nothing\n")
-    out = tmp_path/"out"
-    assert main(["collate", str(codes), "-o", str(out)]) == 0
+    out, words = tmp_path/"out", ["--reference", str(written/f"Bora/{FAST.name}.csv")]
+    assert main(["collate", str(codes), "-o", str(out), *words]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("Dynarail: ex2_aw.csv: expected rows of numbers") and "4 codes, 7 of 8 files used, 8 read" in said
     assert said[-3:] == [str(out/f"collation.{ending}") for ending in ("csv", "pdf", "html")]
     before = {file.name: file.read_bytes() for file in out.iterdir() if file.is_file()}
-    assert main(["collate", str(codes), "-o", str(out)]) == 0
+    assert main(["collate", str(codes), "-o", str(out), *words]) == 0
     assert "4 codes, 7 of 8 files used, 0 read" in " ".join(capsys.readouterr().out.split())
     after = {file.name: file.read_bytes() for file in out.iterdir() if file.is_file()}
     assert set(before) == {"collation.csv", "collation.pdf", "collation.html"}
     assert before == after, [name for name in before if before[name] != after[name]]
     reader = PdfReader(out/"collation.pdf")
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
-    assert titles == ["Codes", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
-    # Curves, and all tables of the four codes on a page.
-    tables = [text for page in reader.pages if "Numbers, scores and findings" in (text := page.extract_text())]
+    assert titles == ["Codes", "Grades", "Exercise 2, actual profiles", "Exercise 4, actual profiles"]
+    pages = [page.extract_text() for page in reader.pages]
+    tables = [text for text in pages if "Numbers, scores and findings" in text]
     assert len(tables) == 2 and all("Numbers\n" in text and "Findings\n" in text for text in tables)
-    matrix = reader.pages[0].extract_text()
-    assert all(code.name in matrix for code in CODES[:4]) and "cannot" in matrix
+    assert ["Scores, reference: " in text and "of spread" in text for text in tables] == [False, True]
+    assert all(code.name in pages[0] for code in CODES[:4]) and "cannot" in pages[0]
+    grades = next(text for text in pages if "Grades against the reference" in text and "grade 0.001" in text)
+    assert all(code.name in grades for code in CODES[:3])
     told = facts(out/"collation.html")
     assert [code["name"] for code in told["codes"]] == ["Adams", "Bora", "Contura", "Dynarail"]
     assert told["codes"][3]["entries"][2]["shade"] == "unusable" and told["lines"] == [said[0]]
@@ -405,7 +368,7 @@ def test_the_command_writes_three_files_and_is_quick_the_second_time(codes: Path
 def test_the_median_is_that_of_the_codes_that_have_the_number(collated: tuple[Collation, Path]):
     found, _ = collated
     known = [found.value(code, FAST, "peak") for code in found.codes if np.isfinite(found.value(code, FAST, "peak"))]
-    assert 9 <= len(known) < 12 and found.median(FAST, "peak") == np.median(known)
+    assert 5 <= len(known) < len(CODES) and found.median(FAST, "peak") == np.median(known)
     assert np.isnan(found.median(Task(1, "sw"), "peak"))
 
 
@@ -413,20 +376,8 @@ def test_the_median_is_that_of_the_codes_that_have_the_number(collated: tuple[Co
 SCALED = {"Near": 1.005, "Aside": 1.05, "Double": 2.0}
 
 
-class GradedRound(NamedTuple):
-    """A collation with a reference, and where its things are."""
-
-    found: Collation
-    codes: Path
-    reference: Path
-    store: Path
-
-    def grade(self, code: str, name: str) -> Score:
-        return self.found.grade(next(one for one in self.found.codes if one.name == code), FAST, name)
-
-
 @pytest.fixture(scope="module")
-def graded(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> GradedRound:
+def graded(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -> Collation:
     """Bora is the reference. Beside it are Bora with larger forces, a code with softer steel, one whose file cannot be read, and
     one whose times are ten seconds later, by its own map."""
     codes, reference, store = (tmp_path_factory.mktemp(name) for name in ("codes", "reference", "kept"))
@@ -447,12 +398,16 @@ def graded(written: Path, own: None, tmp_path_factory: pytest.TempPathFactory) -
     (codes/"Late/submission.toml").write_text('map = "columns.toml"\n')
     frame.assign(**{"t[s]": frame["t[s]"] + 10}).to_csv(codes/"Late"/good.name, index=False)
     (codes/"Spoilt"/good.name).write_text("nothing\n")
-    return GradedRound(collate(codes, store, 2, references=find_references(reference)), codes, reference, store)
+    return collate(codes, store, 2, references=find_references(reference))
 
 
-def test_the_reference_itself_has_the_best_grade_everywhere(graded: GradedRound):
+def grade(graded: Collation, code: str, kind: str) -> Score:
+    return graded.grade(next(one for one in graded.codes if one.name == code), FAST, kind)
+
+
+def test_the_reference_itself_has_the_best_grade_everywhere(graded: Collation):
     for kind in GRADED:
-        one = graded.grade("Itself", kind)
+        one = grade(graded, "Itself", kind)
         if kind == "energy":        # which the file does not have
             assert np.isnan(one.difference) and "in common" in one.reason
         else:
@@ -460,59 +415,50 @@ def test_the_reference_itself_has_the_best_grade_everywhere(graded: GradedRound)
 
 
 @pytest.mark.parametrize(("code", "limit"), [("Near", 1e-2), ("Aside", 0.1), ("Double", None)])
-def test_scaled_forces_have_the_grade_of_the_scale(code: str, limit: float | None, graded: GradedRound):
+def test_scaled_forces_have_the_grade_of_the_scale(code: str, limit: float | None, graded: Collation):
     """The motion is the same, and all impulses and forces are larger by the factor."""
     for kind in "impulse", "force":
-        one = graded.grade(code, kind)
+        one = grade(graded, code, kind)
         assert one.difference == pytest.approx(SCALED[code] - 1, rel=2e-3) and one.grade == limit
-    assert graded.grade(code, "displacement").grade == graded.grade(code, "acceleration").grade == 1e-3
-    assert graded.grade(code, "event").difference < 1e-3 and graded.grade(code, "event").share == 1
+    assert grade(graded, code, "displacement").grade == grade(graded, code, "acceleration").grade == 1e-3
+    assert grade(graded, code, "event").difference < 1e-3 and grade(graded, code, "event").share == 1
 
 
-def test_what_cannot_be_scored_is_a_remark(graded: GradedRound):
+def test_what_cannot_be_scored_is_a_remark(graded: Collation):
     """Everything else is known of the late code."""
-    lines = graded.found.lines()
+    lines = graded.lines()
     assert len(lines) == 2 and lines[0].startswith(f"Late: {FAST.name}.csv: not scored: ") and "times in common" in lines[0]
     assert lines[1].startswith("Spoilt: ")
-    entry = graded.found.entries["Late", FAST]
+    entry = graded.entries["Late", FAST]
     assert not entry.error and not entry.grades and np.isfinite(entry.numbers["peak"].value)
 
 
-def test_a_rigid_code_is_scored_against_rigid_contacts(written: Path, graded: GradedRound, own: None, tmp_path: Path):
+def test_a_rigid_code_is_scored_against_rigid_contacts(written: Path, own: None, tmp_path: Path):
     """Against our run with the restitution that the description tells, its motion has the best grade. Against an elastic run, and
     against a run with another restitution, it has none. A reference that is rigid itself is taken as it stands."""
-    codes = tmp_path/"codes"
+    codes, kept = tmp_path/"codes", tmp_path/"kept"
+    kept.mkdir()
     for name, told in (("Told", "restitution = 0.5\n"), ("Untold", 'formulation = "unilateral"\n'), ("Wrong", "restitution = 1\n"),
                        ("Nonsense", "restitution = 1.5\n")):
         (codes/name).mkdir(parents=True)
         shutil.copy(written/"Impakt"/f"{FAST.name}.csv", codes/name)
         (codes/name/"submission.toml").write_text(told)
-    (tmp_path/"kept").mkdir()
-    found = collate(codes, tmp_path/"kept", 2, references=find_references(graded.reference))
-    by_name = {code.name: code for code in found.codes}
-    assert [name for name, code in by_name.items() if found.against(code, FAST)] == ["Told", "Wrong"]
-    assert "restitution 0.5" in found.against(by_name["Told"], FAST)
-    worst = {name: found.grade(code, FAST, "velocity") for name, code in by_name.items()}
-    assert worst["Told"].grade == 1e-3
-    for name in ("Untold", "Wrong", "Nonsense"):
-        assert worst[name].grade is None and worst[name].difference > 0.1, name
-    assert found.grade(by_name["Told"], FAST, "displacement").grade is not None
-    for name, entry in ((name, found.entries[name, FAST]) for name in by_name):
-        assert (SCORED_AS_ELASTIC in entry.findings) == (name in ("Untold", "Nonsense"))
+    references = find_references(written/f"Bora/{FAST.name}.csv")
+    found = collate(codes, kept, 2, references=references)
     assert found.lines() == ["Nonsense: submission.toml: restitution: expected a number from 0 to 1, found 1.5"]
-    lines = table(found, tmp_path/"collation.csv")
-    scored = [line for line in lines if ",score_velocity," in line and "our own run with rigid" in line]
+    for code in found.codes:
+        velocity, rigid = found.grade(code, FAST, "velocity"), code.name in ("Told", "Wrong")
+        assert (velocity.grade, velocity.difference > 0.1) == ((1e-3, False) if code.name == "Told" else (None, True)), code.name
+        assert bool(found.against(code, FAST)) == rigid
+        assert (SCORED_AS_ELASTIC in found.entries[code.name, FAST].findings) == (not rigid)
+    scored = [line for line in table(found, tmp_path/"collation.csv") if ",score_velocity," in line and "run with rigid" in line]
     assert [line.split(",")[0] for line in scored] == ["Told", "Wrong"]
-    again = collate(codes, tmp_path/"kept", 2, references=find_references(graded.reference))
-    assert again.computed == () and again.rigid == found.rigid
-    rigid = tmp_path/"rigid"
-    rigid.mkdir()
-    shutil.copy(written/"Jolt"/f"{FAST.name}.csv", rigid)
-    assert collate(codes, tmp_path/"kept", 2, references=find_references(rigid)).rigid == frozenset()
+    assert collate(codes, kept, 2, references=references).computed == ()
+    assert collate(codes, kept, 2, references=find_references(written/f"Jolt/{FAST.name}.csv")).rigid == frozenset()
 
 
-def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Collation, Path], tmp_path: Path):
-    table(graded.found, tmp_path/"table.csv")
+def test_grades_are_rows_of_the_table(graded: Collation, collated: tuple[Collation, Path], tmp_path: Path):
+    table(graded, tmp_path/"table.csv")
     frame = pd.read_csv(tmp_path/"table.csv", keep_default_na=False, na_values=[""])
     assert (frame.value.isna() == frame.remark.notna()).all()
 
@@ -525,7 +471,7 @@ def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Colla
     assert row("Near", "score_impulse_grade")[0] == 1e-2
     assert row("Near", "score_impulse_share")[0] == 1
     assert row("Double", "score_impulse_grade")[1] == "beyond 0.1"
-    one = graded.grade("Softer", "displacement")
+    one = grade(graded, "Softer", "displacement")
     assert row("Softer", "score_displacement_of_spread")[0] == one.of_spread > 0
     assert "times in common" in row("Late", "score_event")[1] and "expected rows" in row("Spoilt", "score_event")[1]
     assert row("Itself", "score_event", Task(1, "sw"))[1] == "not submitted"
@@ -533,20 +479,3 @@ def test_grades_are_rows_of_the_table(graded: GradedRound, collated: tuple[Colla
     assert list(pd.read_csv(tmp_path/"formulas.csv").code) == ["'=1+1", "'@x", "-2e-3", "-", "'+a"]
     assert row("Itself", "score_event", SLOW)[1] == "the reference has no file of this simulation"
     assert not any("score_" in line for line in table(collated[0], tmp_path/"without.csv"))
-
-
-def test_the_document_has_the_grades(graded: GradedRound, tmp_path: Path):
-    codes = tmp_path/"codes"
-    for name in "Itself", *SCALED:
-        shutil.copytree(graded.codes/name, codes/name)
-    assert main(["collate", str(codes), "-o", str(tmp_path), "--reference", str(graded.reference/f"{FAST.name}.csv")]) == 0
-    reader = PdfReader(tmp_path/"collation.pdf")
-    titles = [item.title for item in reader.outline if not isinstance(item, list)]
-    assert titles[:2] == ["Codes", "Grades"]
-    pages = [page.extract_text() for page in reader.pages]
-    matrix = next(page for page in pages if "Grades against the reference" in page and "grade 0.001" in page)
-    assert all(code in matrix for code in SCALED) and "0.005" in matrix and "0.05" in matrix
-    chapters = [page for page in pages if "Numbers, scores and findings, exercise" in page]
-    scored = [page for page in chapters if "Scores, reference: " in page]
-    assert len(scored) == 1 and "exercise 4, actual profiles" in scored[0] and "of spread" in scored[0]
-    assert any("findings, exercise 2" in page for page in chapters)     # which has no reference

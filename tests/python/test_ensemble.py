@@ -19,6 +19,7 @@ pytest.importorskip("zarr")
 import xarray as xr
 
 import ldbench
+from invented import COARSE
 from ldbench.__main__ import main
 from ldbench.ensembles import members, pools
 from ldbench.ensembles.members import draws
@@ -26,7 +27,6 @@ from ldbench.ensembles.store import kept_keys
 from local_cluster import Cluster
 from running import HANG
 
-COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 MASSES = [1300.0, 1500.0, 1700.0]
 
 
@@ -58,6 +58,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
 
 
 def test_a_member_is_a_run(table):
+    """With its results, columns, events and units."""
     found = ldbench.ensemble(short(), {"mass": MASSES, "vY": [0.9, 1.1]}, columns=["Y", "N_LF"], tables=[table])
     assert dict(found.error.sizes) == {"mass": 3, "vY": 2} and not (found.error != "").any()
     one = found.sel(mass=1500, vY=1.1)
@@ -70,15 +71,9 @@ def test_a_member_is_a_run(table):
               for kind in one.kind.values.tolist() for k in one.occurrence.values
               if np.isfinite(one.event_time.sel(kind=kind, occurrence=k))]
     assert sorted(listed) == sorted((event.t, event.kind) for event in run.events)
-
-
-def test_units(table):
-    found = ldbench.ensemble(short(t_end=1e-3), {"mass": [1500]}, columns=["vY"], tables=[table])
-    units = {name: found[name].attrs.get("units") for name in found.variables}
-    assert {name: units[name] for name in (
-        "mass", "peak_N_LF", "t_peak_LF", "drift", "frequency_1", "steps", "event_time", "event_force", "vY")} == {
-        "mass": "kg", "peak_N_LF": "N", "t_peak_LF": "s", "drift": "J", "frequency_1": "Hz", "steps": "1",
-        "event_time": "s", "event_force": "N", "vY": "m/s"}
+    for name, unit in {"mass": "kg", "peak_N_LF": "N", "t_peak_LF": "s", "drift": "J", "frequency_1": "Hz", "steps": "1",
+                       "event_time": "s", "event_force": "N", "Y": "m"}.items():
+        assert found[name].attrs["units"] == unit, name
 
 
 def test_threads_make_no_difference(table, counted):
@@ -96,16 +91,11 @@ def test_tables_are_built_once(counted):
     assert (found.axle_height.sel(stiffness_scale=2) > found.axle_height.sel(stiffness_scale=1)).all()
 
 
-def test_a_table_file_holds_the_case_s_own_table(tmp_path, table):
-    """And no other member's."""
-    case = short(t_end=1e-3, table_file=tmp_path/"own.table")
-    ldbench.ensemble(case, {"gauge": [1.4361, 1.4351]})
-    assert [path.name for path in tmp_path.iterdir()] == ["own.table"]
-    assert ldbench.run(case).table.found
-
-
-def test_failures_are_recorded(table):
-    found = ldbench.ensemble(short(), {"mass": [-1.0, 1500.0], "vertical_load": [164618.0, 9e9]}, tables=[table])
+def test_failures_are_recorded(table, tmp_path):
+    """Also in a store, from which they come again."""
+    first, found = (ldbench.ensemble(short(), {"mass": [-1.0, 1500.0], "vertical_load": [164618.0, 9e9]}, tables=[table],
+                                     store=tmp_path/"sweep.zarr") for _ in range(2))
+    assert found.identical(first)
     assert np.array_equal(found.error != "", [[True, True], [False, True]])
     assert "&wheelset mass: expected" in found.error.values[0, 0]
     assert np.array_equal(np.isnan(found.t), found.error != "") and found.end.values[0, 0] == ""
@@ -161,19 +151,6 @@ def test_draws(draw):
     # Points in each of 20 x 20 cells: one of an even cover; Poisson for random ones, with exp(-1) of the cells empty.
     cells = np.histogram2d(*points.T, bins=20, range=((1000, 2000), (-1, 1)))[0]
     assert (cells == 0).mean() < (0.25 if draw == "even" else 0.45)
-
-
-def test_drawn_members(table):
-    found = ldbench.ensemble(short(t_end=1e-3), {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, seed=7, tables=[table])
-    assert found.t.dims == found.mass.dims == ("member",) and found.sizes["member"] == 5
-    assert list(zip(found.mass.values, found.vY.values, strict=True)) == draws(
-        {"mass": (1400, 1600), "vY": (0.5, 1)}, 5, 7, "random")
-
-
-def test_progress(table):
-    told = []
-    ldbench.ensemble(short(t_end=1e-3), {"mass": MASSES}, tables=[table], progress=lambda *report: told.append(report))
-    assert told == [("ensemble", 1/3), ("ensemble", 2/3), ("ensemble", 1.0)]
 
 
 INTERRUPTED = """
@@ -247,36 +224,6 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     assert len(set().union(*found)) == 2*len(found) == 12
 
 
-KILLED = """
-import os, sys, ldbench
-done = []
-def kill(*report):
-    done.append(report)
-    if len(done) == 3:
-        os.kill(os.getpid(), 9)
-import ldbench.ensembles.store
-ldbench.ensembles.store.FLUSH = 0.0
-ldbench.ensemble(ldbench.Case.from_namelist(sys.argv[1]), {"mass": [1300.0, 1400.0, 1500.0, 1600.0], "vY": [0.5, 1.0]},
-                 columns=["Y"], store="sweep.zarr", threads=1, progress=kill)
-"""
-
-
-@pytest.mark.slow
-def test_a_killed_process_loses_nothing_that_was_written(tmp_path, table, counted):
-    """Nor does an ensemble of other members, which begins with what the killed one has."""
-    case = short(t_end=1e-3)
-    case.to_namelist(tmp_path/"case.nml")
-    assert subprocess.run([sys.executable, "-c", KILLED, "case.nml"], cwd=tmp_path, timeout=HANG).returncode == -signal.SIGKILL
-    expected = {masses: ldbench.ensemble(case, {"mass": masses, "vY": [0.5, 1.0]}, columns=["Y"], tables=[table])
-                for masses in ((1300.0, 1400.0, 1500.0, 1600.0), (1250.0, 1300.0, 1400.0, 1500.0, 1600.0))}
-    case = ldbench.Case.from_namelist(tmp_path/"case.nml")
-    for masses, new in zip(expected, (5, 2), strict=True):
-        before = counted["runs"]
-        found = ldbench.ensemble(case, {"mass": masses, "vY": [0.5, 1.0]}, columns=["Y"], store=tmp_path/"sweep.zarr",
-                                 tables=[table])
-        assert counted["runs"] - before == new and found.identical(expected[masses])
-
-
 def test_damaged_results_are_told(tmp_path, table):
     over = {"mass": MASSES}
     ldbench.ensemble(short(t_end=1e-3), over, store=tmp_path/"sweep.zarr", tables=[table])
@@ -319,12 +266,6 @@ def test_a_store_is_not_written_over_something_else(tmp_path):
     assert not (tmp_path/".ldbench").exists()
 
 
-def test_failed_members_are_stored_too(tmp_path, table):
-    over = {"vertical_load": [9e9]}
-    first, again = (ldbench.ensemble(short(), over, store=tmp_path/"sweep.zarr", tables=[table]) for _ in range(2))
-    assert first.error.item() and again.identical(first)
-
-
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Cluster]:
     pytest.importorskip("distributed")
@@ -356,14 +297,6 @@ def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
     assert counted["runs"] == runs
 
 
-def test_an_ensemble_that_fails_as_a_whole_is_an_error(tmp_path, capsys):
-    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
-    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=-1,-2"]) == 1
-    said = capsys.readouterr()
-    assert "2 runs, 2 failed" in said.out
-    assert said.err.startswith("ldbench: error: ensemble: expected a run that succeeds, found 2 that failed, the first one with: ")
-
-
 def test_command(tmp_path, capsys):
     short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
     assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,-1", "--over", "vY=0:1:2", "--columns", "Y,N_LF",
@@ -373,3 +306,6 @@ def test_command(tmp_path, capsys):
         assert {"Y", "N_LF"} <= set(stored.data_vars) and dict(stored.error.sizes) == {"mass": 2, "vY": 2}
     assert out.startswith("2 mass x 2 vY: 4 runs, 2 failed\nfirst failure: ")
     assert "2 ended with t_end" in out and "peak_N_LT [kN]: " in out and "sweep.zarr" in out
+    assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=-1,-2"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("ldbench: error: ensemble: expected a run that succeeds, found 2 that failed, the first one with: ")

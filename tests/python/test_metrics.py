@@ -20,7 +20,7 @@ from ldbench.runs import compute
 from ldbench_round import own_runs
 from ldbench_round.energies import SUMS
 from ldbench_round.horizon import yardsticks
-from ldbench_round.metrics import closed_at, score
+from ldbench_round.metrics import score
 from ldbench_round.scores import KINDS, Scores
 from ldbench_round.tasks import MOTION, QUANTITIES, Task
 from running import Run
@@ -78,7 +78,7 @@ def test_a_run_is_itself(name: str, task: Task, hertz: dict[str, ldbench.Run]):
         assert {"LF 1 impulse", "RF 1 peak", "LF closes 1", "LF opens 1", "centre passage 2"} <= {one.name for one in found.scores}
 
 
-@pytest.mark.parametrize("shift", [1e-6, 1e-5, 1e-3])
+@pytest.mark.parametrize("shift", [1e-5, 1e-3])
 def test_a_shift_of_time(shift: float, reference: RunData, frame: pd.DataFrame):
     """Events differ by the shift. Impulses, peaks and durations do not. Motion differs by the shift times its rate."""
     run = changed(frame, time=frame.time + shift)
@@ -97,24 +97,6 @@ def test_a_shift_of_time(shift: float, reference: RunData, frame: pd.DataFrame):
         assert found.share == pytest.approx(1, abs=70*shift/t[-1])
     # 58 contacts close or open, and for the time of the shift after each the sets differ, where no other one is near.
     assert 1 - found.share == pytest.approx(58*shift/t[-1], rel=0.35)
-
-
-def test_motion_is_compared_while_the_same_contacts_are_closed(reference: RunData, frame: pd.DataFrame):
-    """A motion that is wrong only where the other file has another contact closed is not wrong."""
-    late = changed(frame, time=frame.time + 1e-3)
-    dense = np.arange(0, late.time[-1], 1e-6)
-    apart = np.zeros(len(dense), bool)
-    for contact in CONTACTS:
-        mine, theirs = (closed_at(one.intervals(contact), dense) for one in (late, reference))
-        apart |= mine != theirs
-    # Rows between whose neighbours the sets differ all the time: a row also tells what is half-way to the next.
-    inside = np.zeros(len(frame), bool)
-    for k in range(1, len(frame) - 1):
-        around = slice(*np.searchsorted(dense, late.time[[k - 1, k + 1]] + [-3e-6, 3e-6]))
-        inside[k] = apart[around].all() and around.stop > around.start
-    assert inside.sum() > 20
-    spoilt = changed(frame, time=frame.time + 1e-3, aY=np.where(inside, 1e6, frame.aY))
-    assert score(spoilt, reference, TASK).get("aY").difference == score(late, reference, TASK).get("aY").difference < 10
 
 
 @pytest.mark.parametrize("factor", [1.0009, 0.991, 1.09, 1.2])
@@ -199,17 +181,6 @@ def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     assert cut.get("LF 1 impulse").grade == 1e-3 and cut.get("RF 1 impulse").difference == 1
     holes = score(changed(frame, Y=np.where(np.arange(len(frame)) % 7 == 0, np.nan, frame.Y)), reference, TASK)
     assert holes.get("Y").difference < 1e-3
-
-
-def test_rigid_impacts_are_those_of_the_columns(hertz: dict[str, ldbench.Run]):
-    """Their impulses are all of what the columns P grow by, and times are those of the events."""
-    run = hertz["rigid 0.5"]
-    for contact in CONTACTS:
-        found = run.intervals(contact)
-        pushed = np.trapezoid(run.values(f"N_{contact}"), run.time)
-        assert sum(one.impulse for one in found) == pytest.approx(run.values(f"P_{contact}")[-1] + pushed, rel=0.02)
-    told = [event for event in run.events if "LF" in event.impulses]
-    assert told and told[0].t in [one.start for one in run.intervals("LF")]
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,6 @@ import ldbench
 from ldbench.results.run_data import RunData, read_data
 from running import REPO, Run
 
-PAGES = [REPO/"README.md", *sorted((REPO/"docs").glob("*.md"))]
-PICTURES = sorted({REPO/"outputs/reference"/name for page in PAGES
-                   for name in re.findall(r"\]\((?:\.\./)?outputs/reference/(\w+\.png)\)", page.read_text())})
-
 
 def numbers(name: str) -> dict[str, float]:
     """The numbers that a picture keeps."""
@@ -38,16 +34,6 @@ def runs(shipped: dict[str, Run]) -> dict[str, RunData]:
 
 def row_at(run: RunData, column: str, t: float) -> float:
     return float(run.values(column)[np.searchsorted(run.time, t + 1e-9) - 1])
-
-
-def test_one_target_makes_every_picture():
-    """The pages show no other pictures of runs than those that `make pictures` makes."""
-    made = set(re.findall(r'"(\w+)": \w+', (REPO/"docs/pictures.py").read_text().partition("PICTURES")[2]))
-    assert len(PICTURES) == 6 and {picture.stem for picture in PICTURES} == made
-    targets = (REPO/"Makefile").read_text()
-    for target in ("reference", "pictures"):
-        recipe = targets.partition(f"\n{target}:\n")[2].partition("\n\n")[0]
-        assert "docs/pictures.py" in recipe
 
 
 @pytest.mark.parametrize(("name", "case"), [("wheelset", "ex2_aw"), ("view_ex2_aw", "ex2_aw"), ("view_ex3", "ex3_aw")])

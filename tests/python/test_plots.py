@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.quiver import Quiver
@@ -17,21 +16,20 @@ from pypdf import PdfReader
 
 from invented import altered, invented_run
 from ldbench import Event
-from ldbench.geometry.outlines import Outlines, run_outlines
 from ldbench.plots import document
-from ldbench.plots.contents import arranged, contents_page, entries
+from ldbench.plots.contents import contents_page, entries
 from ldbench.plots.document import Part, bind, save_pages
 from ldbench.plots.impact import impact_page
 from ldbench.plots.phase import energy_page
 from ldbench.plots.sections import instants
-from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
-from ldbench.plots.stretches import band, first_impact, last_second, thin
+from ldbench.plots.series import ENERGY, PAGES, RATIO, Page
+from ldbench.plots.stretches import thin
 from ldbench.plots.style import ldbench_style
 from ldbench.plots.times import time_page
 from ldbench.results.header import Header
-from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
-from ldbench.results.run_data import RunData, read_data
-from running import REPO, namelist, run_case
+from ldbench.results.quantities import CONTACTS
+from ldbench.results.run_data import RunData
+from specimen import World
 
 # What the call asks for, as columns.
 KINEMATICS = ["Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"]
@@ -117,29 +115,11 @@ def test_page_draws_the_columns(page: Page, drawn_pages: dict[str, Figure]):
     assert {axes[-1].get_xlabel() for axes in columns_of(figure, page)} == {"time [s]"}
 
 
-def test_impact_page_enlarges_the_first_contact():
-    """The left flange touches from 10 to 12 ms: what is shown of that, in milliseconds, is the columns."""
-    run = invented()
-    figure = impact_page(run)
-    force = next(ax for ax in figure.axes if ax.get_ylabel() == "N [kN]")
-    for c in CONTACTS:
-        line = curves_of(force)[CONTACT_NAMES[c]]
-        t = line.get_xdata()
-        rows = np.searchsorted(run.time, t/1e3 - 1e-9)
-        np.testing.assert_allclose(line.get_ydata(), 1e-3*run.values(f"N_{c}")[rows], rtol=1e-12)
-        assert t[0] < 10 and t[-1] > 12 and t[-1] - t[0] < 8
-    assert [ax for ax in figure.axes if ax.get_xlabel() == "time [ms]"]
-
-
 def test_ratio_is_the_outward_force_over_the_load():
     run = invented()
-    left = -(run.values("Fy_LT") + run.values("Fy_LF"))/(run.values("Fz_LT") + run.values("Fz_LF"))
-    right = (run.values("Fy_RT") + run.values("Fy_RF"))/(run.values("Fz_RT") + run.values("Fz_RF"))
-    for curve, expected in zip(RATIO.curves, (left, right), strict=True):
-        np.testing.assert_allclose(curve.values(run), expected, rtol=1e-12)
-    # A wheel that is all but off its rail has none.
-    run.data.loc[100:110, ["Fz_LT", "Fz_LF"]] = 0.0
-    assert np.isnan(RATIO.curves[0].values(run)[100:111]).all() and np.isfinite(RATIO.curves[0].values(run)[:100]).all()
+    for curve, side, outwards in zip(RATIO.curves, "LR", (-1, 1), strict=True):
+        lateral, vertical = (run.values(f"{force}_{side}T") + run.values(f"{force}_{side}F") for force in ("Fy", "Fz"))
+        np.testing.assert_allclose(curve.values(run), outwards*lateral/vertical, rtol=1e-12)
 
 
 def test_events_are_marked_where_they_happen(drawn_pages: dict[str, Figure]):
@@ -147,20 +127,6 @@ def test_events_are_marked_where_they_happen(drawn_pages: dict[str, Figure]):
     for ax in figure.axes:
         assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.00999, 0.02]
     assert {"left flange", "centre"} <= {t.get_text() for t in figure.axes[0].texts}
-
-
-def test_band_holds_every_extreme():
-    rng = np.random.default_rng(3)
-    t, x = np.arange(10_000.0), rng.normal(size=10_000)
-    x[2_000:3_000] = np.nan
-    centre, low, high, mean = band(t, x, bins=100)
-    assert len(centre) == 100 and np.all(np.diff(centre) > 0)
-    for k, part in enumerate(np.split(x, 100)):
-        if 20 <= k < 30:
-            assert np.isnan([low[k], high[k], mean[k]]).all()
-        else:
-            assert (low[k], high[k]) == (part.min(), part.max())
-            assert mean[k] == pytest.approx(part.mean(), abs=1e-12)
 
 
 def test_thinned_curve_keeps_what_its_columns_show():
@@ -183,27 +149,6 @@ def test_thinned_curve_keeps_what_its_columns_show():
     ends = np.flatnonzero(np.diff(np.isnan(x)))
     assert np.isin(t[ends], thin_t).all() and np.isin(t[ends + 1], thin_t).all()
     assert thin(t[:2_000], x[:2_000], 500)[0] is not None and len(thin(t[:2_000], x[:2_000], 500)[0]) == 2_000
-
-
-def long_run() -> RunData:
-    run = invented(rows=30_000, dt=1e-3, name="ex5_aw")
-    run.data["F_ext"] = 5e3*run.time
-    run.data.loc[12_345, "Y"] = 0.5           # one impact, in mm below
-    return run
-
-
-def test_long_run_is_a_band_and_its_last_second():
-    run = long_run()
-    overview = time_page(run, PAGES[0]).axes[0]
-    bands = [c for c in overview.collections if isinstance(c, PolyCollection)]
-    heights = np.concatenate([path.vertices[:, 1] for path in bands[0].get_paths()])
-    before = run.time <= run.time[-1] - 1
-    assert heights.max() == pytest.approx(500) and heights.min() == pytest.approx(1e3*run.values("Y")[before].min())
-    last = time_page(run, LAST, last_second(run)).axes[0]
-    t = last.get_lines()[0].get_xdata()
-    assert t[-1] == run.time[-1] and t[-1] - t[0] == pytest.approx(1.0, abs=2e-3)
-    np.testing.assert_allclose(last.get_lines()[0].get_ydata(), 1e3*run.values("Y")[-len(t):])
-    assert first_impact(run).start < 0.01 < first_impact(run).end
 
 
 def test_phase_portrait_is_velocity_over_displacement():
@@ -230,60 +175,29 @@ def test_spectrum_shows_the_sines_with_their_amplitudes_and_the_eigenfrequencies
     assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"] == [0.4, 210.0, 240.0]
 
 
-@pytest.fixture(scope="module")
-def thrown(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunData, Path]:
-    """The wheelset thrown at the left flange at 1 m/s, and its geometry file."""
-    folder = tmp_path_factory.mktemp("thrown")
-    text = namelist(
-        case={"name": "ex3_aw", "title": "thrown"}, initial={"vY": 1.0, "roll_rate": 0.0333},
-        profiles={"wheel_profile": REPO/"profiles/awprof.yz", "rail_profile": REPO/"profiles/arprof.yz"},
-        contact={"model": "hertz"}, table={"n_lateral": 60, "n_roll": 9, "n_depth": 9}, integrator={"dt": 1e-5, "t_end": 0.02},
-        output={"file": folder/"ex3_aw.txt", "geometry_file": folder/"geometry_aw.txt"})
-    done = run_case(text, folder)
-    assert done.returncode == 0, done.stderr
-    return read_data(folder/"ex3_aw.txt"), folder/"geometry_aw.txt"
-
-
-@pytest.fixture(scope="module")
-def impact(thrown: tuple[RunData, Path]) -> Figure:
-    """The page of the first impact."""
-    with ldbench_style():
-        return impact_page(thrown[0])
-
-
-def outlines(run: RunData) -> Outlines:
-    found, remark = run_outlines(run)
-    assert found and remark == ""
-    return found
-
-
-def test_arrows_are_the_forces_at_the_contacts(thrown: tuple[RunData, Path], impact: Figure):
-    run, _ = thrown
+def test_arrows_are_the_forces_at_the_contacts(world: World):
+    """On the wheel that is drawn: left is left, and the force of the flange pushes the wheelset to the right."""
+    run = world.run("ex2_aw")
     (label, k), *_ = instants(run)
-    assert "left flange" in label and run.values("N_LF")[k] == run.values("N_LF").max()
-    arrows = {(c.get_offsets()[0][0], c.get_offsets()[0][1]): (c.U[0], c.V[0])
-              for c in impact.axes[0].collections if isinstance(c, Quiver)}
+    assert "left flange" in label
+    ax = impact_page(run).axes[0]
+    arrows = [(c.get_offsets()[0], (c.U[0], c.V[0])) for c in ax.collections if isinstance(c, Quiver)]
     closed = [c for c in ("LT", "LF") if run.values(f"N_{c}")[k] > 0]
     assert len(arrows) == len(closed) and "LF" in closed
+    longest = max(run.values(f"N_{c}")[k] for c in CONTACTS)
+    wheel = ax.get_lines()[0].get_xydata()
     for c in closed:
-        foot = 1e3*run.values(f"y_{c}")[k], 1e3*run.values(f"z_{c}")[k]
-        nearest = min(arrows, key=lambda at: np.hypot(at[0] - foot[0], at[1] - foot[1]))
-        assert nearest == pytest.approx(foot)
-        longest = max(run.values(f"N_{b}")[k] for b in CONTACTS)
-        force = np.array([run.values(f"Fy_{c}")[k], run.values(f"Fz_{c}")[k]])
-        assert arrows[nearest] == pytest.approx(40*force/longest)
-    # Left is left, and the force of the flange pushes the wheelset to the right.
-    left, right = impact.axes[0].get_xlim()
+        foot = 1e3*np.array([run.values(f"{name}_{c}")[k] for name in ("y", "z")])
+        at, arrow = min(arrows, key=lambda one, foot=foot: np.hypot(*(one[0] - foot)))
+        assert at == pytest.approx(foot)
+        assert arrow == pytest.approx([40*run.values(f"{name}_{c}")[k]/longest for name in ("Fy", "Fz")])
+        assert np.hypot(*(wheel - foot).T).min() < 0.2          # [mm], points every 0.25 mm
+    left, right = ax.get_xlim()
     assert left > right and run.values("Fy_LF")[k] < 0
-    # The contact points lie on the wheel that is drawn.
-    wheel = impact.axes[0].get_lines()[0].get_xydata()
-    for c in closed:
-        point = 1e3*np.array([run.values(f"y_{c}")[k], run.values(f"z_{c}")[k]])
-        assert np.hypot(*(wheel - point).T).min() < 0.2          # [mm], points every 0.25 mm
 
 
 def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """The number at each line, its link and the bookmark lead to the page with that title, which has the number at its foot."""
+    """The number at each line and its link lead to the page with that title; the link's rectangle holds the words."""
     monkeypatch.setattr(document, "LISTED", 6)
     parts = []
     for k, count in enumerate((1, 3, 2)):
@@ -295,22 +209,15 @@ def test_contents_page_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.M
         parts.append(Part(f"part {k}", tmp_path/f"{k}.pdf", save_pages(tmp_path/f"{k}.pdf", figures)))
     assert bind(parts, tmp_path/"all.pdf") == 7
     found = PdfReader(tmp_path/"all.pdf")
-    words = [page.extract_text() for page in found.pages]
-    assert all(f"{k + 1} / 7" in text for k, text in enumerate(words))
     lines = entries([(part.title, part.pages) for part in parts], 2)
     assert [(line.words, line.page) for line in lines] == [
         ("part 0", 2), ("part 1", 3), ("sheet 0", 3), ("sheet 1", 4), ("sheet 2", 5), ("part 2", 6), ("sheet 0", 6), ("sheet 1", 7)]
     numbers = {page.indirect_reference.idnum: k for k, page in enumerate(found.pages)}
     links = [link.get_object() for link in found.pages[0]["/Annots"]]
     assert [numbers[link["/Dest"][0].idnum] + 1 for link in links] == [line.page for line in lines]
-    columns = arranged(lines)
-    assert [line for column in columns for line in column] == lines
-    assert [column[0].chapter for column in columns] == [True]*len(columns)
     figure, targets = contents_page("contents", lines)
     renderer = FigureCanvasAgg(figure).get_renderer()
-    for line, (rectangle, page), link in zip(lines, targets, links, strict=True):
-        assert [float(x) for x in link["/Rect"]] == pytest.approx(rectangle, abs=0.01) and page == line.page
-        left, low, right, high = rectangle
+    for line, ((left, low, right, high), page), link in zip(lines, targets, links, strict=True):
+        assert [float(x) for x in link["/Rect"]] == pytest.approx([left, low, right, high], abs=0.01) and page == line.page
         boxes = [t.get_window_extent(renderer) for t in figure.texts if t.get_text() == line.words]
         assert [box for box in boxes if left - 1 <= box.x0 <= box.x1 <= right + 1 and low - 1 <= box.y0 <= box.y1 <= high + 1]
-    assert [part.title for part in found.outline if not isinstance(part, list)] == ["Contents", "part 0", "part 1", "part 2"]

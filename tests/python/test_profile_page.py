@@ -10,7 +10,6 @@ import pytest
 from PIL import Image
 from pypdf import PdfReader
 
-import shapes
 from ldbench import Case, Profile
 from ldbench.__main__ import main
 from ldbench.commands import profile
@@ -28,8 +27,6 @@ def test_measures_of_a_wheel():
     assert [1e3*measures[name] for name in ("Sh", "Sd", "qR")] == pytest.approx([28, 32.5, 10.79], abs=0.005)
     assert measures["flange_angle"] == pytest.approx(np.radians(70), abs=2e-3)
     assert Profile(REPO/"profiles/awprof.yz").measures["tread_slope"] == pytest.approx(1/40, abs=1e-6)
-    worn = shapes.hollow(shapes.shape("awprof"))
-    assert np.ptp(worn[:, 1]) > 20
 
 
 def test_measures_of_a_rail():
@@ -114,7 +111,7 @@ PAIR = REPO/"profiles/arprof.yz", REPO/"profiles/awprof.yz"       # the rail fir
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
-    """What the command prints of a pair with its pages in a PDF, and as JSON with its pages in a picture; in this folder."""
+    """What the command prints of a pair as JSON, with its pages in a PDF and in a picture in this folder."""
     folder = tmp_path_factory.mktemp("pages")
     words, numbers = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch:
@@ -124,12 +121,13 @@ def pages(tmp_path_factory):
             assert main(["profile", *map(str, PAIR), "-o", str(folder/"page.pdf")]) == 0
         with redirect_stdout(numbers):
             assert main(["profile", *map(str, PAIR), "-o", str(folder/"page.png"), "--json"]) == 0
-    return folder, words.getvalue(), json.loads(numbers.getvalue())
+    assert words.getvalue().startswith("wheel awprof.yz") and "clearance 2 x 10.180 mm" in words.getvalue()
+    return folder, json.loads(numbers.getvalue())
 
 
 def test_profiles_and_pair_have_a_page_each(pages, tmp_path):
     """Two pages of a PDF; in a picture the second one stands below the first."""
-    folder, *_ = pages
+    folder, _ = pages
     for suffix in "pdf", "png":
         assert main(["profile", str(PAIR[1]), "-o", str(tmp_path/f"page.{suffix}")]) == 0
     assert [len(PdfReader(where/"page.pdf").pages) for where in (tmp_path, folder)] == [1, 2]
@@ -138,19 +136,9 @@ def test_profiles_and_pair_have_a_page_each(pages, tmp_path):
     assert "conicity" in PdfReader(folder/"page.pdf").pages[1].extract_text()
 
 
-def test_numbers_of_a_pair_in_words(pages):
-    """The wheel comes first, whatever the order of the files."""
-    folder, out, _ = pages
-    assert (folder/"page.pdf").read_bytes().startswith(b"%PDF") and (folder/"page.png").read_bytes().startswith(b"\x89PNG")
-    for words in "flange height Sh 25.75 mm", "qR ", "crown radius 254.0 mm", "clearance 2 x 10.180 mm", \
-            "equivalent conicity at 3 mm: level 0.025, with roll 0.026 (EN 15302)", "zone of the flange":
-        assert words in out
-    assert out.startswith("wheel awprof.yz")
-
-
 def test_numbers_of_a_pair_for_other_programs(pages):
     """The command prints the library's numbers as JSON, in SI units."""
-    folder, _, told = pages
+    folder, told = pages
     rail, wheel = PAIR
     assert [found["kind"] for found in told["profiles"]] == ["wheel", "rail"]
     assert told["page"] == str(folder/"page.png") and told["pair"]["clearance_left"] == pytest.approx(10.18e-3, abs=1e-6)

@@ -81,27 +81,27 @@ def test_patches_of_the_page(page: Browser, world: World):
 def test_tooltip_of_every_curve(page: Browser, world: World):
     """The time of a row, and for each curve of the legend its value and unit then."""
     raw = world.thrown
-    for share in 0.1335, 0.712:
-        for k in range(page.run("return ldbench.charts.length")):
-            left, right, middle = page.run("""const {canvas, box} = ldbench.charts[arguments[0]];
-              canvas.scrollIntoView({block: 'center'}); const place = canvas.getBoundingClientRect();
-              return [place.x + box.left, place.x + box.right, place.y + (box.top + box.bottom)/2]""", k)
-            page.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
-                "type": "mouseMoved", "x": left + share*(right - left), "y": middle, "button": "none", "buttons": 0})
-            time, *values = page.wait(lambda k=k: page.run(
-                "const tip = ldbench.charts[arguments[0]].hover.box; return !tip.hidden && tip.innerText", k)).splitlines()
-            t = float(time.split()[0])
-            row = int(np.abs(raw.t - t).argmin())
-            assert raw.t[row] == pytest.approx(t, abs=6e-7) and abs(t/raw.t[-1] - share) < 0.01
-            legend = page.run("""const section = document.querySelectorAll('#charts > section')[arguments[0]];
-              return [...section.querySelectorAll('.legend li')].map(item => item.textContent)""", k)
-            assert len(legend) == len(values)
-            for words, text in zip(legend, values, strict=True):
-                name = max((name for name in COLUMNS if words.startswith(name)), key=len)
-                column, expected, scale = COLUMNS[name]
-                shown, unit = text.split(" ")
-                assert unit == expected or (expected == "J" and unit in SMALL), words
-                assert number(shown) == pytest.approx(SMALL.get(unit, scale)*raw.c[column][row], rel=1e-5, abs=1e-12), (words, text)
+    share = 0.1335
+    for k in range(page.run("return ldbench.charts.length")):
+        left, right, middle = page.run("""const {canvas, box} = ldbench.charts[arguments[0]];
+          canvas.scrollIntoView({block: 'center'}); const place = canvas.getBoundingClientRect();
+          return [place.x + box.left, place.x + box.right, place.y + (box.top + box.bottom)/2]""", k)
+        page.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
+            "type": "mouseMoved", "x": left + share*(right - left), "y": middle, "button": "none", "buttons": 0})
+        time, *values = page.wait(lambda k=k: page.run(
+            "const tip = ldbench.charts[arguments[0]].hover.box; return !tip.hidden && tip.innerText", k)).splitlines()
+        t = float(time.split()[0])
+        row = int(np.abs(raw.t - t).argmin())
+        assert raw.t[row] == pytest.approx(t, abs=6e-7) and abs(t/raw.t[-1] - share) < 0.01
+        legend = page.run("""const section = document.querySelectorAll('#charts > section')[arguments[0]];
+          return [...section.querySelectorAll('.legend li')].map(item => item.textContent)""", k)
+        assert len(legend) == len(values)
+        for words, text in zip(legend, values, strict=True):
+            name = max((name for name in COLUMNS if words.startswith(name)), key=len)
+            column, expected, scale = COLUMNS[name]
+            shown, unit = text.split(" ")
+            assert unit == expected or (expected == "J" and unit in SMALL), words
+            assert number(shown) == pytest.approx(SMALL.get(unit, scale)*raw.c[column][row], rel=1e-5, abs=1e-12), (words, text)
 
 
 def test_every_number_of_the_page(page: Browser, world: World):

@@ -1,19 +1,8 @@
-"""A round of the benchmark with twelve codes that do not exist: contact laws, steels, constraints and damping of their own.
-
-usage: PYTHONPATH=tests/support:profiles python tests/support/imaginary_round.py FOLDER [INTERVAL]       (make collation)
-It writes twelve codes by ten simulations, collates them, and prints times and the memory of the largest process. INTERVAL: of the
-rows of exercise 5 [s]; the other exercises have rows every 0.1 ms.
-"""
+"""A round of the benchmark with twelve codes that do not exist: contact laws, steels, constraints and damping of their own."""
 from __future__ import annotations
 
-import argparse
-import os
-import resource
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +12,7 @@ import imaginary_codes as imaginary
 import ldbench
 from ldbench import Case
 from ldbench.results.run_data import RunData
-from ldbench_round.tasks import TASKS, Task
-from running import environment
+from ldbench_round.tasks import Task
 
 Change = Callable[[pd.DataFrame], pd.DataFrame]
 
@@ -69,36 +57,26 @@ CODES = (
 class Runs:
     """Runs of ours that codes share, each computed once; contact tables too."""
 
-    def __init__(self, interval: float | None = None, **changes: Any) -> None:
-        """interval: of the rows of exercise 5 [s]. changes: of all cases, as a coarser table."""
-        self.interval, self.changes = interval, changes
+    def __init__(self, **changes: Any) -> None:
+        """changes: of all cases, as a coarser table."""
+        self.changes = changes
         self.runs: dict[str, RunData] = {}
         self.tables: dict[str, Any] = {}
 
     def of(self, code: Code, task: Task) -> RunData:
         law = repr(sorted(code.case.items()))
-        key = f"{law} {task.name}"
+        key, pair = f"{law} {task.name}", f"{law} {task.profiles}"
         if key not in self.runs:
             case = Case.exercise(task.exercise, task.profiles).replace(**code.case | self.changes)
-            if task.exercise == 5 and self.interval is not None:
-                # Between the shipped rows, which are far apart, no row could be interpolated.
-                case = case.replace(rows="interval", interval=self.interval, dt=min(case.dt, self.interval))
-            # Rigid contacts rattle without end on a rail under a force, so a shorter exercise 5 does.
-            if task.exercise == 5 and code.formulation != "elastic":
-                case = case.replace(t_end=20.0)
-            table = self.tables.get(f"{law} {task.profiles}")
-            self.runs[key] = run = ldbench.run(case, table=table)
-            self.tables[f"{law} {task.profiles}"] = run.table
+            self.runs[key] = run = ldbench.run(case, table=self.tables.get(pair))
+            self.tables[pair] = run.table
         return self.runs[key]
 
 
-def submit(code: Code, task: Task, folder: Path, runs: Runs, interval: float = 1e-4) -> Path:
+def submit(code: Code, task: Task, folder: Path, runs: Runs) -> None:
     """A file of a code in its folder; the run that it comes from is `runs.of(code, task)`."""
     (folder/code.name).mkdir(exist_ok=True)
-    frame = code.change(imaginary.table_of(runs.of(code, task), interval))
-    file = folder/code.name/f"{task.name}.csv"
-    imaginary.write(frame, file, replace(code.dialect, interval=interval))
-    return file
+    imaginary.write(code.change(imaginary.table_of(runs.of(code, task), 1e-4)), folder/code.name/f"{task.name}.csv", code.dialect)
 
 
 def describe(code: Code, folder: Path, seconds: float = 1.5) -> None:
@@ -110,51 +88,10 @@ def describe(code: Code, folder: Path, seconds: float = 1.5) -> None:
         f'law = "{code.law}"\nstep = 1e-5\nmachine = "a laptop"\nprocessor_time = {{ ex2_aw = {seconds} }}\n{restitution}')
 
 
-def write_round(folder: Path, tasks: Iterable[Task], codes: Sequence[Code] = CODES, runs: Runs | None = None) -> Runs:
+def write_round(folder: Path, tasks: Iterable[Task], codes: Sequence[Code], runs: Runs) -> None:
     """The folder of a round."""
-    runs = runs or Runs()
-    folder.mkdir(exist_ok=True)
     for task in tasks:
         for code in codes:
             submit(code, task, folder, runs)
     for k, code in enumerate(codes):
         describe(code, folder, 1.5 + k)
-    return runs
-
-
-# ---- the demonstration ---------------------------------------------------------------
-def measured(words: list[str]) -> tuple[float, float, int]:
-    """Time, processor time [s] and memory of the largest process [bytes] of a command."""
-    begun, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-m", "ldbench", *words], env=environment(), check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return time.monotonic() - begun, processor, 1024*after.ru_maxrss
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("interval", type=float, nargs="?", default=1.6e-4)
-    args = parser.parse_args()
-    codes, results = args.folder/"codes", args.folder/"results"
-    if not codes.exists():
-        args.folder.mkdir(exist_ok=True)
-        runs = write_round(codes, TASKS[:8], runs=Runs(args.interval))
-        for task in TASKS[8:]:
-            for code in CODES:
-                file = submit(code, task, codes, runs, args.interval)
-                print(f"{file} {file.stat().st_size/1e6:.0f} MB", flush=True)
-            runs.runs.clear()
-    results.mkdir(exist_ok=True)
-    files = list(codes.rglob("*.csv"))
-    print(f"{len(files)} files, {sum(path.stat().st_size for path in files)/1e9:.2f} GB, the largest "
-          f"{max(path.stat().st_size for path in files)/1e6:.0f} MB; {os.cpu_count()} cores")
-    words = ["collate", str(codes), "-o", str(results)]
-    for what in "all files read", "nothing to read":
-        seconds, processor, largest = measured(words)
-        print(f"{what}: {seconds:.1f} s, processor time {processor:.1f} s, at most {largest/1e6:.0f} MB a process", flush=True)
-
-
-if __name__ == "__main__":
-    main()

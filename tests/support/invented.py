@@ -1,4 +1,4 @@
-"""Runs of invented numbers, and runs of which something is changed."""
+"""Runs of invented numbers, runs of which something is changed, and the coarsest contact table."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -11,6 +11,9 @@ import pandas as pd
 from ldbench import Case
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
+
+# Of a case whose contact table is built in a moment.
+COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 
 
 def invented_run(frame: pd.DataFrame, file: str | Path = "invented.txt", name: str = "", header: Header | None = None,
