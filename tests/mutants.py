@@ -1,7 +1,8 @@
 """Faults, put one at a time into a scratch copy, and whether the tests that should notice do: `make mutants`.
 
 usage: python tests/mutants.py [WORD | NUMBER | FROM-TO ...]      only faults whose file or text has a word, or with these numbers
-The faults are in mutants.txt: `file | tests`, the old text after `- `, the new one after `+ `; `...` stands for test_shown.py.
+The faults are in mutants.txt: `file | tests`, then for each fault the old text after `- ` and the new one after `+ `; `...` stands
+for test_shown.py.
 A fault in fortran/ is compiled into the executable alone, so its tests must call that.
 """
 from __future__ import annotations
@@ -32,9 +33,10 @@ class Fault(NamedTuple):
 def read_faults() -> list[Fault]:
     found = []
     for block in (Path(__file__).with_suffix(".txt")).read_text(encoding="utf-8").strip().split("\n\n"):
-        head, old, new = (line for line in block.splitlines() if not line.startswith("#"))
+        head, *lines = (line for line in block.splitlines() if not line.startswith("#"))
         file, _, tests = head.partition(" | ")
-        found.append(Fault(file, [word.replace("...", SHOWN) for word in tests.split()], old[2:], new[2:]))
+        for old, new in zip(lines[::2], lines[1::2], strict=True):
+            found.append(Fault(file, [word.replace("...", SHOWN) for word in tests.split()], old[2:], new[2:]))
     return found
 
 

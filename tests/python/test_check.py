@@ -146,7 +146,7 @@ def test_the_unit_of_the_time_is_that_of_the_length(said: str, length: float, fa
         assert found.unit == unit and found.said == said.strip("[]")
 
 
-@pytest.mark.parametrize(("task", "restitution"), [(TASK, 0.5), (Task(2, "sw"), 1.0)], ids=str)
+@pytest.mark.parametrize(("task", "restitution"), [(TASK, 0.0), (Task(2, "sw"), 1.0)], ids=str)
 def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: float, own: None, tmp_path: Path):
     """It has no column of impulses: momentum jumps, closes between, and is doubtful with a hint; so is a restitution below 1."""
     file = tmp_path/f"{task.name}.csv"
@@ -156,11 +156,11 @@ def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: floa
     assert [finding.what for finding in found.values() if finding.verdict == FAILED] == []
     assert found["vertical momentum closes"].verdict == DOUBTFUL and found["vertical momentum closes"].hint
     assert (found["energy closes"].verdict == DOUBTFUL) == (restitution < 1)
-    # Between impacts, forces have to agree with velocities: here the vertical ones lack a fifth.
-    frame[[f"Fz_{contact}" for contact in imaginary.LONG]] *= 0.8
-    imaginary.write(frame, file, PLAIN)
-    found = {finding.what: finding for finding in check.check_file(file).findings}
-    assert found["vertical momentum closes"].verdict == FAILED
+    if restitution == 0:        # between impacts, forces have to agree with velocities: here the vertical ones lack a fifth
+        frame[[f"Fz_{contact}" for contact in imaginary.LONG]] *= 0.8
+        imaginary.write(frame, file, PLAIN)
+        found = {finding.what: finding for finding in check.check_file(file).findings}
+        assert found["vertical momentum closes"].verdict == FAILED
 
 
 def test_another_law_of_contact_is_no_mistake(own: None, tmp_path: Path):

@@ -37,14 +37,20 @@ def distance(one: str, other: str, seen: np.ndarray) -> float:
     return float(np.linalg.norm(lab(one, seen) - lab(other, seen)))
 
 
-def page_colours() -> dict[str, dict[str, str]]:
-    """The colours of the page by their names, light and dark."""
-    named = re.findall(r"--(\w+): (#[0-9a-f]{6})", (REPO/"wrappers/ldbench/viewer/static/page.css").read_text())
-    second = [k for k, (name, _) in enumerate(named) if name == "paper"][1]
-    return {"light": dict(named[:second]), "dark": dict(named[second:])}
+def named(file: str, pattern: str) -> list[str]:
+    return re.findall(pattern, (REPO/"wrappers"/file).read_text())
 
 
-PALETTES = {"print": {name: line.color for name, line in style.CONTACT_LINES.items()}} | page_colours()
+CSS = named("ldbench/viewer/static/page.css", r"--(\w+): (#[0-9a-f]{6})")
+DARK = [k for k, (name, _) in enumerate(CSS) if name == "paper"][1]
+PALETTES = {"print": {name: line.color for name, line in style.CONTACT_LINES.items()},
+            "light": dict(CSS[:DARK]), "dark": dict(CSS[DARK:])}
+CODES = named("ldbench_round/static/collation.css", r"--code\d: (#[0-9a-f]{6})")
+# Colours of lines, with the dashes, or dashes and width, by which they are told apart too.
+LINES = {"runs": [(line.color, line.dashes) for line in style.SERIES],
+         **{f"runs, {where}": [(PALETTES[where][f"series{k}"], (k % 4, k % 3)) for k in range(8)] for where in ("light", "dark")},
+         "codes": [(line.color, line.dashes) for line in style.CODE_LINES],
+         "codes, light": [(colour, None) for colour in CODES[:6]], "codes, dark": [(colour, None) for colour in CODES[6:]]}
 
 
 @pytest.mark.parametrize("seen", SEEN_BY)
@@ -55,23 +61,7 @@ def test_left_and_right_are_told_apart(where: str, seen: str):
 
 
 @pytest.mark.parametrize("seen", SEEN_BY)
-def test_runs_are_told_apart_by_colour_or_dashes(seen: str):
-    """On paper, and on the page, where run k has dashes k mod 4 and width k mod 3."""
-    for one, other in itertools.combinations(style.SERIES, 2):
-        assert one.dashes != other.dashes or distance(one.color, other.color, SEEN_BY[seen]) > APART
-    for where in ("light", "dark"):
-        for i, k in itertools.combinations(range(8), 2):
-            colours = (PALETTES[where][f"series{j}"] for j in (i, k))
-            assert i % 4 != k % 4 or i % 3 != k % 3 or distance(*colours, SEEN_BY[seen]) > APART
-
-
-def test_codes_of_a_round_are_told_apart():
-    """Codes with the same dashes are told apart by their colours, on paper and on the light and the dark page."""
-    looks = (REPO/"wrappers/ldbench_round/static/collation.css").read_text()
-    named = re.findall(r"--code\d: (#[0-9a-f]{6})", looks)
-    papers = re.findall(r"--paper: (#[0-9a-f]{6})", looks)
-    assert len(named) == 12 and len(papers) == 2
-    for colours in ([line.color for line in style.CODE_LINES[:6]], named[:6], named[6:]):
-        for seen in SEEN_BY.values():
-            assert min(distance(*pair, seen) for pair in itertools.combinations(colours, 2)) > APART
-    assert len({(line.color, line.dashes) for line in style.CODE_LINES}) == len(style.CODE_LINES) == 18
+@pytest.mark.parametrize("group", LINES)
+def test_lines_are_told_apart_by_colour_or_dashes(group: str, seen: str):
+    for (one, dashes), (other, others) in itertools.combinations(LINES[group], 2):
+        assert dashes != others or distance(one, other, SEEN_BY[seen]) > APART
