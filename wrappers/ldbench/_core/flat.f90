@@ -3,7 +3,7 @@
 ! numbers(n) and words (256 characters each) hold a case, in the order of describe_variables.
 
 module flat
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use case, only: case_title, case_type, list_variables, range_text, value_text, variable_type
   use case_check, only: check_case, check_path => check_writable
   use case_reader, only: read_case
