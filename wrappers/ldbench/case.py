@@ -96,7 +96,7 @@ def find_variables(names: Iterable[str]) -> list[int]:
 class Case(Variables):
     """All namelist variables of a run; immutable.
 
-        case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the benchmark's values
+        case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the defaults of a namelist
 
     Variables are attributes, by their namelist names in any case of letters: `case.dt`, `case.vY`. Where two
     groups share a name, and anywhere else if you like, the group goes before it: `case.output_file`,
