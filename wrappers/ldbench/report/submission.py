@@ -68,9 +68,9 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
 
         with ExitStack() as stack:
             # Pages are drawn in other processes while the rest is made here.
+            further = [(formulations.TITLE, formulations.figures(found, inputs))]
             finish = stack.enter_context(drawing(
-                runs, plotted, shapes(runs), jobs, bar.update, [formulations.chapter(found, inputs)], fine, chaotic
-            )) if plotted in due else None
+                runs, plotted, shapes(runs), jobs, bar.update, further, fine, chaotic)) if plotted in due else None
             make(summary, 0, lambda: write_summary(runs, summary, chaotic))
             make(shown, 1, lambda: results.results_page(runs, variants, chaotic).write(shown))
             make(written, 1, lambda: abstract.make_abstract(runs, written, found, chaotic, signed))
