@@ -19,8 +19,7 @@ from invented import altered, invented_run
 from ldbench import Event
 from ldbench.geometry.outlines import Outlines, run_outlines
 from ldbench.plots import document
-from ldbench.plots.contents import arranged, contents_page, entries
-from ldbench.plots.document import Part, bind, save_pages
+from ldbench.plots.document import Part, arranged, bind, contents_page, entries, save_pages
 from ldbench.plots.impact import impact_page
 from ldbench.plots.phase import energy_page
 from ldbench.plots.sections import instants

@@ -1,46 +1,46 @@
 """Runs side by side: the free exercises with both pairs of profiles, and the first contact of the left flange of each."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from ..results.derived import PARTS, exchange
+from ..results.contact_intervals import ContactInterval
+from ..results.derived import PARTS, Exchange, exchange
 from ..results.quantities import KN, MM
 from ..results.run_data import RunData
+from .figures import free
 from .frame import legend_above, legend_of_page, new_page
-from .series import Curve
 from .stretches import PANEL, thin
 from .style import BLACK, BLUE, DASHED, GREEN, GREY, PURPLE, RED, SKY, Line, plain_numbers
 
 PAIR_LINES = Line(BLACK), Line(RED, DASHED, 1.1)
-KINETIC = Curve(tuple(PARTS), "kinetic", Line(BLACK))
 NEEDED = {"Y", "vY", "N_LF", "N_RF", *PARTS}
 
 
-def free_runs(runs: Sequence[RunData]) -> dict[int, list[RunData]]:
-    """Runs of exercises 1 to 4 by exercise."""
-    found: dict[int, list[RunData]] = {}
-    for run in runs:
-        if (exercise := run.exercise) is not None and exercise < 5 and NEEDED.issubset(run.data):
-            found.setdefault(exercise, []).append(run)
-    return found
+def overview_figures(runs: Sequence[RunData]) -> Iterator[tuple[str, Figure]]:
+    """The pages that compare runs of exercises 1 to 4, where there are several."""
+    shown = [run for run in free(runs) if NEEDED.issubset(run.data)]
+    if len(shown) < 2:
+        return
+    yield "exercises 1 to 4 side by side", side_by_side(shown)
+    told = [(run, first, energies) for run in shown
+            if (first := run.first_interval("LF")) and (energies := exchange(run, first.start, first.end))]
+    if told:
+        yield "first contact of the left flange", first_contacts(told)
 
 
-def side_by_side(runs: Sequence[RunData]) -> Figure | None:
-    """Lateral motion, flange forces, the first contact and the kinetic energy of exercises 1 to 4, an exercise to a row;
-    None without these exercises."""
-    free = free_runs(runs)
-    if not free:
-        return None
+def side_by_side(runs: Sequence[RunData]) -> Figure:
+    """Lateral motion, flange forces, the first contact and the kinetic energy of exercises 1 to 4, an exercise to a row."""
+    exercises = list(dict.fromkeys(run.exercise for run in runs))
     figure = new_page("Exercises 1 to 4 side by side", "", "first contact: the time counts from the first touch of the left "
                       "flange; force of flanges: the left one upwards, the right one downwards")
-    axes = figure.subplots(len(free), 4, squeeze=False)
-    for row, (exercise, own) in zip(axes, free.items(), strict=True):
-        for run, line in zip(own, PAIR_LINES, strict=False):
+    axes = figure.subplots(len(exercises), 4, squeeze=False)
+    for row, exercise in zip(axes, exercises, strict=True):
+        for run, line in zip([run for run in runs if run.exercise == exercise], PAIR_LINES, strict=False):
             t, look = run.time, line.kwargs() | {"label": run.pair or run.name}
             row[0].plot(*thin(t, MM*run.values("Y"), PANEL), **look)
             row[1].plot(*thin(t, KN*run.values("N_LF"), PANEL), **look)
@@ -48,7 +48,7 @@ def side_by_side(runs: Sequence[RunData]) -> Figure | None:
             if first := run.first_interval("LF"):
                 rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
                 row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
-            row[3].plot(*thin(t, KINETIC.values(run), PANEL), **look)
+            row[3].plot(*thin(t, np.sum([run.values(part) for part in PARTS], axis=0), PANEL), **look)
         words = f"Exercise {exercise}: Y [mm]", "N of flanges [kN]", "N, first contact [kN]", "kinetic energy [J]"
         for ax, label in zip(row, words, strict=True):
             ax.set_ylabel(label)
@@ -60,19 +60,14 @@ def side_by_side(runs: Sequence[RunData]) -> Figure | None:
     return figure
 
 
-def first_contacts(runs: Sequence[RunData]) -> Figure | None:
+def first_contacts(told: Sequence[tuple[RunData, ContactInterval, Exchange]]) -> Figure:
     """Where the energy goes in the first contact of the left flange, and its peak, duration, impulse and rebound over the
-    initial velocity; None without exercises 1 to 4."""
-    told = [(run, first, energies) for own in free_runs(runs).values() for run in own
-            if (first := run.first_interval("LF")) and (energies := exchange(run, first.start, first.end))]
-    if not told:
-        return None
+    initial velocity."""
     figure = new_page("First contact of the left flange in exercises 1 to 4", "", (
         "bars: kinetic energy at the end of the contact over that at its beginning; what is missing is elastic and potential "
         "energy. Dotted: powers 6/5, -1/5 and 1 of Hertz's impact of two bodies, through the slowest run with the first pair"))
     body = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
-    draw_shares(figure.add_subplot(body[0]), [run.name for run, *_ in told], [energies.before for *_, energies in told],
-                [energies.after for *_, energies in told])
+    draw_shares(figure.add_subplot(body[0]), [run.name for run, *_ in told], [energies for *_, energies in told])
     axes = body[1].subgridspec(2, 2).subplots()
     pairs = list(dict.fromkeys(run.pair for run, *_ in told))
     for pair, marker in zip(pairs, "os", strict=False):
@@ -101,12 +96,12 @@ def first_contacts(runs: Sequence[RunData]) -> Figure | None:
     return figure
 
 
-def draw_shares(ax: Axes, names: Sequence[str], before: Sequence[dict[str, float]], after: Sequence[dict[str, float]]) -> None:
+def draw_shares(ax: Axes, names: Sequence[str], energies: Sequence[Exchange]) -> None:
     """Stacked bars of kinetic energies after an impact, in per cent of their sum before it."""
     left = np.zeros(len(names))
-    total = np.array([sum(energies.values()) for energies in before])
+    total = np.array([sum(one.before.values()) for one in energies])
     for (part, words), color in zip(PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
-        share = 100*np.array([energies[part] for energies in after])/total
+        share = 100*np.array([one.after[part] for one in energies])/total
         ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
         for k, (x, width) in enumerate(zip(left, share, strict=True)):
             if width > 6:
@@ -119,9 +114,3 @@ def draw_shares(ax: Axes, names: Sequence[str], before: Sequence[dict[str, float
     ax.grid(visible=False, axis="y")
     legend_above(ax)
     ax.set_xlabel("share of the kinetic energy before the contact [%]")
-
-
-def overview_figures(runs: Sequence[RunData]) -> list[tuple[str, Figure]]:
-    """The pages that compare runs."""
-    pages = (("exercises 1 to 4 side by side", side_by_side), ("first contact of the left flange", first_contacts))
-    return [(title, figure) for title, draw in pages if (figure := draw(runs)) is not None]

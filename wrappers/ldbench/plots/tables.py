@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ..results.quantities import OUTCOME
-from ..results.summary import SUMMARY, Chaotic, shown
+from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
 from .frame import new_page
 from .style import plain
 
@@ -95,8 +95,9 @@ SUMMARY_NOTE = (
     "red; tread dark and solid, flange light and dashed; dotted in panels over time: events.")
 
 
-def summary_page(rows: Sequence[dict[str, Any]], note: str = "", chaotic: Chaotic | None = None) -> Figure:
+def summary_page(rows: Sequence[dict[str, Any]], chaotic: Chaotic | None = None) -> Figure:
     """All runs in one table, `chaotic` results in italics."""
+    note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
     figure = new_page("LD benchmark: summary of all runs", "single wheelset without friction", f"{note}{SUMMARY_NOTE}")
     cells = [[shown(row, key, chaotic or {}) for row in rows] for key in SUMMARY]
     lines = [["", *(str(row["case"]) for row in rows)],

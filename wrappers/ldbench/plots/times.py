@@ -23,12 +23,14 @@ FEW_ROWS = 60               # that are marked by dots
 ROOM = 70.0                 # about as much of its width a column of panels leaves to labels and margins [pt]
 
 
-def time_page(run: RunData, page: Page, window: Window | None = None) -> Figure:
-    """A page of panels against time, of the whole run unless a window is given."""
-    window = window or overall(run)
+def time_page(run: RunData, page: Page, window: Window | None = None) -> Figure | None:
+    """A page of panels against time, of the whole run unless a window is given; None where the run has no column of it."""
+    shown, window = page.of(run), window or overall(run)
+    if shown is None:
+        return None
     figure = new_page(f"{run.heading}: {page.title}", run.header.title,
                       "; ".join(words for words in (page.words(run), window.title) if words) + f"\n{caption(run)}")
-    draw_columns(figure.add_gridspec(1, 1)[0], run, page.columns, window)
+    draw_columns(figure.add_gridspec(1, 1)[0], run, shown.columns, window)
     return figure
 
 
