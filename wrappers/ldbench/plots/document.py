@@ -25,12 +25,11 @@ from .._core.pools import call_known, processes
 from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import Chaotic
+from .energies import energy_page, is_ramp, ramp_page
 from .frame import FOOT, LEFT, RIGHT, new_page
 from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .overview import overview_figures
-from .phase import energy_page
-from .ramp import is_ramp, ramp_page
 from .series import IMPULSES, LAST, PAGES
 from .stretches import is_long, last_second
 from .style import PAGE, ldbench_style, plain

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from ..results.quantities import CONTACT_NAMES, KN, MM, PAIRS
 from ..results.run_data import RunData
-from .sections import draw_detail, instants, placed_outlines
+from .impact import draw_detail, instants, placed_outlines
 from .series import ELASTIC, KINETIC
 from .stretches import first_impact
 from .style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES, plain_numbers

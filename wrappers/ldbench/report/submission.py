@@ -14,8 +14,8 @@ from .._core.kept import hashes, is_up_to_date, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
+from ..plots.energies import is_ramp
 from ..plots.figures import by_pair
-from ..plots.ramp import is_ramp
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic, summary_row
