@@ -108,22 +108,17 @@ def event_times(run: RunData) -> dict[str, float]:
     return found | {"end": float(run.time[-1])}
 
 
-def peaks(run: RunData) -> dict[str, float]:
-    """The largest normal force [N] of each contact that closes."""
-    return {f"N_{c}": peak[0] for c in CONTACTS if (peak := run.peak(c))}
-
-
 def event_table(runs: Sequence[RunData]) -> pd.DataFrame:
     """Times of events and peaks of forces in every file against the reference, SI."""
     rows = []
-    times, forces = event_times(runs[0]), peaks(runs[0])
+    times = event_times(runs[0])
     for other in runs[1:]:
         mine = event_times(other)
-        rows += [pair_row(other, "event", name, name, "s", times.get(name), mine.get(name))
-                 for name in [*times, *(n for n in mine if n not in times)]]
-        tops = peaks(other)
-        rows += [pair_row(other, "peak", name, f"largest {quantity(name).words}", "N", forces.get(name), tops.get(name))
-                 for name in (f"N_{c}" for c in CONTACTS) if name in forces or name in tops]
+        rows += [pair_row(other, "event", name, name, "s", times.get(name), mine.get(name)) for name in times | mine]
+        for c in CONTACTS:
+            peaks = [peak and peak[0] for peak in (runs[0].peak(c), other.peak(c))]
+            if any(peaks):
+                rows.append(pair_row(other, "peak", f"N_{c}", f"largest {quantity(f'N_{c}').words}", "N", *peaks))
     return pd.DataFrame(rows)
 
 
@@ -141,11 +136,6 @@ class Pairing:
     contact: str
     number: int                             # from 1, of the impacts of the contact
     impacts: tuple[ContactInterval | None, ...]     # by file
-
-    @property
-    def name(self) -> str:
-        """The name in the CSV file: 'LF 2'."""
-        return f"{self.contact} {self.number}"
 
     @property
     def words(self) -> str:
@@ -176,7 +166,7 @@ def impact_table(runs: Sequence[RunData]) -> pd.DataFrame:
         for k, other in enumerate(runs[1:], 1):
             mine, reference = one.impacts[k], one.impacts[0]
             if mine or reference:
-                rows += [pair_row(other, "impact", f"{one.name} {name}", f"{one.words}, {words}", unit,
-                                  getattr(reference, name) if reference else None, getattr(mine, name) if mine else None)
+                rows += [pair_row(other, "impact", f"{one.contact} {one.number} {name}", f"{one.words}, {words}", unit,
+                                  getattr(reference, name, None), getattr(mine, name, None))
                          for name, (words, unit) in MEASURES.items()]
     return pd.DataFrame(rows, columns=["file", "what", "quantity", "words", "unit", "reference", "value", "difference"])

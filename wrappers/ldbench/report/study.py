@@ -21,8 +21,8 @@ from ..plots.tables import draw_table
 from ..results.columns import time_mean
 from ..results.quantities import KN, MM, quantity, significant
 from ..results.run_data import RunData, read_data
-from .compare_pages import quantity_page
-from .differences import Comparison, compare, event_times, peaks
+from .compare import quantity_page
+from .differences import Comparison, compare, event_times
 from .jobs import Job, find_cases, run_stale
 
 VARIANTS: dict[str, dict[str, float | str]] = {
@@ -66,8 +66,7 @@ def study_row(found: Comparison, variant: str) -> dict[str, Any]:
         a, b = event_times(reference).get(name), event_times(other).get(name)
         row[f"{name} [s]"] = np.nan if a is None or b is None else b - a
     row["N_LF peak of the first contact, relative"] = relative(first_force(reference), first_force(other))
-    a, b = (peaks(run).get("N_LF", np.nan) for run in (reference, other))
-    row["N_LF largest, relative"] = relative(a, b)
+    row["N_LF largest, relative"] = relative(*((run.peak("LF") or (np.nan,))[0] for run in found.runs))
     row["ending"] = other.ending
     return row
 

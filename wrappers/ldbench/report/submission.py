@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
@@ -16,20 +17,28 @@ from ..geometry.pressures import full_row
 from ..plots.document import drawing
 from ..plots.energies import is_ramp
 from ..plots.figures import by_pair
+from ..plots.impact import Recomputed
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic, summary_row
+from ..runs import compute
 from ..table import ContactTable
 from ..viewer import results
-from . import abstract, authors, formulations, stretches, twins
+from . import abstract, formulations, twins
 from .jobs import Job, case_job, find_cases, run_stale
+
+# Of the parts of a long run that are computed again, with rows as close as impacts need.
+INTERVAL = 2e-5         # between rows [s]
+LENGTH = 0.03           # of a part [s]
+BEFORE = 0.3            # share of a part before the moment for which it is computed
+STATE = ("Y", "Z", "roll", "vY", "vZ", "roll_rate")
 
 
 def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> list[Path]:
     """Make what is not up to date; the files of the submission."""
     needed("typst", "report")        # before the work, not after it
     cases = [case_job(case, outputs) for case in find_cases(inputs)]
-    signed = authors.read_authors(Path(authors.FILE))
+    signed = abstract.read_authors(Path(abstract.AUTHORS))
     make_results_folder(outputs)
     with tqdm(total=2*len(cases) + 2, desc="report", disable=None) as bar:
         def tell(job: Job, ran: bool) -> None:
@@ -46,7 +55,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         kept = [formulations.kept_file(outputs), twins.kept_file(outputs)]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *kept], summary: [*files, kept[1]], written: [*files, *kept, Path(authors.FILE)],
+            plotted: [*files, *kept], summary: [*files, kept[1]], written: [*files, *kept, Path(abstract.AUTHORS)],
             shown: [*files, *variants, kept[1]]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
@@ -56,7 +65,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         chaotic = {run.name: twins.chaotic(summary_row(run), other[run.name]) for run in runs}
         # Before other processes are forked: a run starts threads of OpenMP.
         fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
-                and (around := stretches.first_and_hardest(run))}
+                and (around := first_and_hardest(run))}
 
         def make(product: Path, parts: int, work: Callable[[], object] | None) -> None:
             if work and product in due:
@@ -90,3 +99,18 @@ def write_summary(runs: Sequence[RunData], target: Path, chaotic: Chaotic) -> No
     units = {name: si_unit(name) for name in table.columns}
     table.columns = [f"{name} [{unit}]" if unit not in ("", "1") else name for name, unit in units.items()]
     write_frame(table, target)
+
+
+def around(whole: RunData, t: float) -> Recomputed:
+    """The run about the time t [s], from the state of one of its rows on."""
+    k = max(int(np.searchsorted(whole.time, t - BEFORE*LENGTH, "right")) - 1, 0)
+    case = whole.case.replace(
+        {f"initial_{name}": float(whole.values(name)[k]) for name in STATE}, lateral_force=float(whole.values("F_ext")[k]),
+        t_end=LENGTH, interval=INTERVAL, dt=INTERVAL, stop_at="t_end", rows="interval_and_events", roll_link="none")
+    return Recomputed(compute(case), float(whole.time[k]))
+
+
+def first_and_hardest(whole: RunData) -> tuple[Recomputed, Recomputed] | None:
+    """The first and the hardest contact of the left flange; None in a run without one."""
+    first, peak = whole.first_contact("LF"), whole.peak("LF")
+    return (around(whole, first), around(whole, peak[1])) if first is not None and peak else None
