@@ -1,4 +1,4 @@
-"""Figures of the abstract."""
+"""Figures of the abstract, of the size at which they are printed [in]: no letter gets smaller."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -14,14 +14,9 @@ from .stretches import first_impact
 from .style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES, plain_numbers
 
 
-def small_figure(width: float, height: float) -> Figure:
-    """Make an empty figure of the size at which it is printed [in]: no letter of it gets smaller."""
-    return Figure(figsize=(width, height), layout="constrained")
-
-
 def by_pair(runs: Sequence[RunData]) -> dict[str, list[RunData]]:
-    """Runs by pair of profiles, 'aw' and 'sw'."""
-    return {pair: [run for run in runs if run.name.endswith(f"_{pair}")] for pair in PAIRS}
+    """Runs by pair of profiles, 'aw' and 'sw'; a pair without runs is left out."""
+    return {pair: own for pair in PAIRS if (own := [run for run in runs if run.name.endswith(f"_{pair}")])}
 
 
 def free(runs: Sequence[RunData]) -> list[RunData]:
@@ -29,46 +24,39 @@ def free(runs: Sequence[RunData]) -> list[RunData]:
     return [run for run in runs if run.exercise in range(1, 5)]
 
 
-def pair_words(pair: str, own: Sequence[RunData]) -> str:
-    """The profiles of a pair's runs in words."""
-    return own[0].pair if own else PAIRS[pair]
-
-
 def motion_figure(runs: Sequence[RunData]) -> Figure:
     """Lateral displacement of exercises 1 to 4 against the distance that the first velocity would cover."""
-    figure = small_figure(5.2, 1.6)
-    axes = figure.subplots(1, 2)
-    for ax, (pair, own) in zip(axes, by_pair(runs).items(), strict=True):
-        for run, line in zip(free(own), SERIES, strict=False):
+    pairs = by_pair(free(runs))
+    figure = Figure(figsize=(5.2, 1.6), layout="constrained")
+    axes = figure.subplots(1, len(pairs), squeeze=False)[0]
+    for ax, own in zip(axes, pairs.values(), strict=True):
+        for run, line in zip(own, SERIES, strict=False):
             speed = run.values("vY")[0]
             ax.plot(MM*speed*run.time, MM*run.values("Y"), label=f"{speed:g} m/s", **line.kwargs())
-        ax.set_title(pair_words(pair, own), loc="left")
+        ax.set_title(own[0].pair, loc="left")
         ax.set_xlabel("initial velocity × time [mm]")
     axes[0].set_ylabel("Y [mm]")
-    if drawn := [ax for ax in axes if ax.lines]:        # a report of one pair has one panel of runs
-        drawn[0].legend(loc="upper right", fontsize=6.5, ncols=2, columnspacing=1.0)
+    axes[0].legend(loc="upper right", fontsize=6.5, ncols=2, columnspacing=1.0)
     return figure
 
 
 def impact_figure(runs: Sequence[RunData]) -> Figure:
     """First contact of the left flange: normal force against time, its peak against velocity."""
-    figure = small_figure(5.2, 1.7)
+    figure = Figure(figsize=(5.2, 1.7), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.2, 1])
-    for (pair, own), dashes, marker in zip(by_pair(runs).items(), ("-", DASHED), "os", strict=True):
-        speeds, peaks = [], []
-        for run, line in zip(free(own), SERIES, strict=False):
-            first = run.first_interval("LF")
-            if first is None:
+    for pair, own in by_pair(free(runs)).items():
+        actual, speeds, peaks = pair == "aw", [], []
+        for run, line in zip(own, SERIES, strict=False):
+            if (first := run.first_interval("LF")) is None:
                 continue
-            rows = slice(*np.searchsorted(run.time, [first.start, first.end]) + [0, 1])
-            t, N = 1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows]
-            left.plot(t, N, color=line.color, linestyle=dashes, linewidth=0.9,
-                      label=f"{run.values('vY')[0]:g} m/s" if dashes == "-" else None)
             speeds.append(run.values("vY")[0])
             peaks.append(KN*first.peak)
-        right.plot(speeds, peaks, marker, color=BLACK, markersize=4, label=pair_words(pair, own),
-                   markerfacecolor=BLACK if marker == "o" else "white")
-        if pair == "aw" and speeds:
+            rows = slice(*np.searchsorted(run.time, [first.start, first.end]) + [0, 1])
+            left.plot(1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows], color=line.color, linewidth=0.9,
+                      linestyle="-" if actual else DASHED, label=f"{speeds[-1]:g} m/s" if actual else None)
+        right.plot(speeds, peaks, "o" if actual else "s", color=BLACK, markersize=4, label=own[0].pair,
+                   markerfacecolor=BLACK if actual else "white")
+        if actual and speeds:
             v = np.array([min(speeds), max(speeds)])
             right.plot(v, peaks[0]*(v/speeds[0])**1.2, color=GREY, linewidth=0.8, linestyle=DOTTED, label="slope 6/5")
     left.set(yscale="log", ylim=(10, None), xlabel="time since the flange touched [ms]", ylabel="N of the left flange [kN]")
@@ -88,13 +76,12 @@ STEPS = 130                 # intervals of the lateral force
 
 def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
     """Exercise 5: vertical forces until the last second over the lateral force, a panel per pair: means and percentiles."""
-    ramps = {pair: own for pair, all_own in by_pair(runs).items()
-             if (own := [run for run in all_own if run.exercise == 5 and run.time[-1] > 2])}
+    ramps = by_pair([run for run in runs if run.exercise == 5 and run.time[-1] > 2]).values()
     if not ramps:
         return None
-    figure = small_figure(6.1, 1.85)
+    figure = Figure(figsize=(6.1, 1.85), layout="constrained")
     axes = figure.subplots(1, len(ramps), sharey=True, squeeze=False)[0]
-    for ax, (pair, own) in zip(axes, ramps.items(), strict=True):
+    for ax, own in zip(axes, ramps, strict=True):
         for run in own:
             rows = run.time < run.time[-1] - 1
             for contact in ("LF", "LT", "RT"):
@@ -102,7 +89,7 @@ def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
                 line = CONTACT_LINES[contact]
                 ax.fill_between(force, low, high, color=line.color, alpha=0.22, linewidth=0)
                 ax.plot(force, mean, label=CONTACT_NAMES[contact], **line.kwargs())
-        ax.set_title(pair_words(pair, own), loc="left")
+        ax.set_title(own[0].pair, loc="left")
         ax.set_xlabel("lateral force [kN]")
     axes[0].set_ylabel("vertical force [kN]")
     axes[0].legend(loc="upper left", fontsize=6.5)
@@ -131,7 +118,7 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
         return None
     chosen = [run for run in runs if run.exercise == shown.exercise and first_impact(run)][:2]
     placed = [(run, outlines) for run in chosen if (outlines := placed_outlines(run))]
-    figure = small_figure(6.0, 1.75)
+    figure = Figure(figsize=(6.0, 1.75), layout="constrained")
     *sections, energies = figure.subplots(1, len(placed) + 1, squeeze=False)[0]
     for ax, (run, outlines) in zip(sections, placed, strict=True):
         draw_detail(ax, run, outlines, instants(run)[0][1], right=False)

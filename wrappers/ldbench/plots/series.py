@@ -72,27 +72,27 @@ class Page:
         return replace(self, columns=tuple(found)) if found else None
 
 
-def contact_curves(what: str, *contacts: str, outwards: bool = False) -> tuple[Curve, ...]:
-    """One quantity of some contacts, each in the colour of the contact; `outwards` turns the sign on the right."""
-    return tuple(Curve((f"{what}_{c}",), CONTACT_NAMES[c], CONTACT_LINES[c], -1.0 if outwards and c[0] == "R" else 1.0)
-                 for c in contacts)
+def singles(**labels: str) -> tuple[Panel, ...]:
+    """A panel for each column, with its label."""
+    return tuple(Panel(label, (shown := quantity(column)).unit, shown.scale, (Curve((column,), label, Line(BLACK)),))
+                 for column, label in labels.items())
 
 
-def single(column: str, label: str) -> Panel:
-    """A panel of one column."""
-    shown = quantity(column)
-    return Panel(label, shown.unit, shown.scale, (Curve((column,), label, Line(BLACK)),))
+def of_contacts(what: str, label: str, *contacts: str) -> Panel:
+    """A panel of one quantity of some contacts, each in the colour of the contact; y points outwards."""
+    return Panel(label, PER_CONTACT[what].unit, PER_CONTACT[what].scale, tuple(Curve(
+        (f"{what}_{c}",), CONTACT_NAMES[c], CONTACT_LINES[c], -1.0 if what == "y" and c[0] == "R" else 1.0) for c in contacts))
 
 
-def of_contacts(what: str, label: str, *contacts: str, outwards: bool = False) -> Panel:
-    """A panel of one quantity of some contacts."""
-    return Panel(label, PER_CONTACT[what].unit, PER_CONTACT[what].scale, contact_curves(what, *contacts, outwards=outwards))
-
-
-def panels(places: dict[str, tuple[str, str]], *quantities: tuple[str, str]) -> tuple[tuple[Panel, ...], ...]:
-    """A column of panels for each place, with its contacts; y points outwards."""
-    return tuple(tuple(of_contacts(what, f"{label}, {place}", *contacts, outwards=what == "y") for what, label in quantities)
+def panels(places: dict[str, tuple[str, str]], **labels: str) -> tuple[tuple[Panel, ...], ...]:
+    """A column of panels for each place, one for each quantity of its contacts."""
+    return tuple(tuple(of_contacts(what, f"{label}, {place}", *contacts) for what, label in labels.items())
                  for place, contacts in places.items())
+
+
+def of_energies(label: str, *curves: Curve) -> Panel:
+    """A panel of energies [J]."""
+    return Panel(label, "J", 1.0, curves)
 
 
 def ratio_curve(side: str) -> Curve:
@@ -114,45 +114,38 @@ WHEELS = {f"{side} wheel": contacts for side, contacts in SIDES.items()}
 PARTS = {"treads": ("LT", "RT"), "flanges": ("LF", "RF")}
 WORK = "W_ext",
 RATIO = Panel("L/V", "", 1.0, (ratio_curve("left"), ratio_curve("right")))
-KINETIC = Panel("kinetic energy", "J", 1.0, (
-    Curve(("KE_lat",), "lateral", Line(BLACK)), Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)),
-    Curve(("KE_roll",), "roll", Line(PURPLE, DASH_DOT))))
+KINETIC = of_energies("kinetic energy", Curve(("KE_lat",), "lateral", Line(BLACK)),
+                      Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)), Curve(("KE_roll",), "roll", Line(PURPLE, DASH_DOT)))
 ELASTIC = Curve(("PE_elastic_L",), "elastic left", Line(BLUE)), Curve(("PE_elastic_R",), "elastic right", Line(RED))
 ENERGIES = (
     KINETIC,
-    Panel("potential energy", "J", 1.0, (
-        Curve(("PE_grav",), "gravity", Line(BLACK)), Curve(("PE_load",), "vertical load", Line(GREEN, DASHED)), *ELASTIC)),
-    Panel("sums", "J", 1.0, (
-        Curve(("KE_lat", "KE_vert", "KE_roll"), "kinetic", Line(BLACK)),
-        Curve(("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R"), "potential", Line(GREEN, DASHED)),
-        Curve(WORK, "work of lateral force", Line(ORANGE)))),
-    Panel("drift", "J", 1.0, (Curve(("E_drift",), "drift", Line(BLACK)),)),
+    of_energies("potential energy", Curve(("PE_grav",), "gravity", Line(BLACK)),
+                Curve(("PE_load",), "vertical load", Line(GREEN, DASHED)), *ELASTIC),
+    of_energies("sums", Curve(("KE_lat", "KE_vert", "KE_roll"), "kinetic", Line(BLACK)),
+                Curve(("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R"), "potential", Line(GREEN, DASHED)),
+                Curve(WORK, "work of lateral force", Line(ORANGE))),
+    of_energies("drift", Curve(("E_drift",), "drift", Line(BLACK))),
 )
+POSITIONS = singles(Y="lateral Y", Z="vertical Z", roll="roll Φ")
 
 PAGES = (
-    Page("motion", (
-        (single("Y", "lateral Y"), single("Z", "vertical Z"), single("roll", "roll Φ")),
-        (single("vY", "dY/dt"), single("vZ", "dZ/dt"), single("roll_rate", "dΦ/dt")),
-        (single("aY", "d²Y/dt²"), single("aZ", "d²Z/dt²"), single("roll_acc", "d²Φ/dt²")))),
-    Page("contact forces", panels(WHEELS, ("N", "normal N"), ("Fz", "vertical"), ("Fy", "lateral")),
+    Page("motion", (POSITIONS, singles(vY="dY/dt", vZ="dZ/dt", roll_rate="dΦ/dt"),
+                    singles(aY="d²Y/dt²", aZ="d²Z/dt²", roll_acc="d²Φ/dt²"))),
+    Page("contact forces", panels(WHEELS, N="normal N", Fz="vertical", Fy="lateral"),
          "of the rail on the wheel, in the directions up and left"),
-    Page("contact points", panels(PARTS, ("angle", "angle"), ("radius", "rolling radius"), ("y", "outward y"), ("z", "z")),
+    Page("contact points", panels(PARTS, angle="angle", radius="rolling radius", y="outward y", z="z"),
          "angle of the contact normal to the vertical, positive towards the flange; outward y: from the track centreline, "
          "positive to the left on the left side and to the right on the right side; z: from the top of the rails, up positive"),
 )
 IMPULSES = Page("impulses of impacts, and energy lost", (
-    (*(panel for panel, in panels(WHEELS, ("P", "impulses so far"))), single("E_lost", "energy lost so far")),),
+    (*(panel for panel, in panels(WHEELS, P="impulses so far")), *singles(E_lost="energy lost so far")),),
     "rigid contacts: forces that last are on the page of forces, impacts on this one")
 ENERGY = Page("energy", (ENERGIES,), constant_energies)
 # Around an impact, and before the end of a long run.
 CLOSE = (
-    (Panel("N", "kN", 1e-3, contact_curves("N", *CONTACTS)), Panel("contact angle", "°", PER_CONTACT["angle"].scale,
-                                                                  contact_curves("angle", "LF", "RF"))),
-    (Panel("velocity", "m/s", 1.0, (Curve(("vY",), "lateral", Line(BLACK)), Curve(("vZ",), "vertical", Line(GREEN, DASHED)))),
-     Panel("acceleration", "m/s²", 1.0, (
-         Curve(("aY",), "lateral", Line(BLACK)), Curve(("aZ",), "vertical", Line(GREEN, DASHED))))),
-    (Panel("energy", "J", 1.0, (*KINETIC.curves, Curve(("PE_elastic_L", "PE_elastic_R"), "elastic", Line(BLUE)))), RATIO),
+    (of_contacts("N", "N", *CONTACTS), of_contacts("angle", "contact angle", "LF", "RF")),
+    tuple(Panel(label, unit, 1.0, (Curve((lateral,), "lateral", Line(BLACK)), Curve((vertical,), "vertical", Line(GREEN, DASHED))))
+          for label, unit, lateral, vertical in (("velocity", "m/s", "vY", "vZ"), ("acceleration", "m/s²", "aY", "aZ"))),
+    (of_energies("energy", *KINETIC.curves, Curve(("PE_elastic_L", "PE_elastic_R"), "elastic", Line(BLUE))), RATIO),
 )
-LAST = Page("motion and forces, last second", (
-    (single("Y", "lateral Y"), single("Z", "vertical Z"), single("roll", "roll Φ")),
-    (*(panel for panel, in panels(WHEELS, ("N", "normal N"))), RATIO)))
+LAST = Page("motion and forces, last second", (POSITIONS, (*(panel for panel, in panels(WHEELS, N="normal N")), RATIO)))

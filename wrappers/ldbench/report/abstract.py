@@ -87,13 +87,13 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "marked": any(key in TABLE for found in chaotic.values() for key in found),
         "costs": costs(runs),
         "first": {"name": drawn.name} if (drawn := first_shown(runs)) else None,
-        "pairs": [pair_facts(own) for own in by_pair(runs).values() if own],
+        "pairs": [pair_facts(own) for own in by_pair(runs).values()],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
         "places": [PLACES.get(place, place) for place in first.header.table_errors],
         "errors": [[own[0].pair, *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
                                    own[0].header.table_errors.values())]
-                   for own in by_pair(runs).values() if own and own[0].header.table_errors],
+                   for own in by_pair(runs).values() if own[0].header.table_errors],
         "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
         "corners": [{"name": run.name, "times": TIMES.get(n, f"{n} times")} for run in loose if (
             n := sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right")))],

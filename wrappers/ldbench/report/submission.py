@@ -89,7 +89,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
 
 def shapes(runs: Sequence[RunData]) -> Iterator[tuple[RunData, pd.DataFrame]]:
     """The geometry functions of each pair of profiles, with a run that has them."""
-    for run, *_ in filter(None, by_pair(runs).values()):
+    for run, *_ in by_pair(runs).values():
         yield run, ContactTable.quiet(run.case).geometry()
 
 
