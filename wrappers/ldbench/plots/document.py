@@ -137,8 +137,7 @@ def save_sheets(figures: Sequence[Figure], target: Path) -> None:
 
 def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
                done: Callable[[], None] = lambda: None, map: Any = None) -> int:
-    """Write the PDF of plots of column files; the number of its pages.  `done` is called after each file. map: how another
-    code names the columns."""
+    """Write the PDF of column files; the number of its pages. `done` is called after each file; map: another code's names."""
     check_written([target], [*files, *geometry])
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
     runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
@@ -174,9 +173,8 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
     """Start drawing in worker processes, and give the function that waits for them and writes the document.
 
-    `further`: last chapters, which are drawn there too; to draw them builds no contact
-    tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
-    `chaotic`: their results that the summary has in italics."""
+    `further`: last chapters, drawn there too; they build no contact tables: OpenMP's threads do not outlive a fork. `fine`: parts
+    of runs with more rows, by the names of the runs; `chaotic`: their results that the summary has in italics."""
     chapters = [*((run.heading, case_figures(run, (fine or {}).get(run.name))) for run in runs), *further]
     # The processes have the runs as they are forked; nothing is sent to them.
     work = [partial(save_parts, chapters=[chapter]) for chapter in chapters]
@@ -196,8 +194,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts of many pages get a
-    contents page."""
+    """Put parts together with bookmarks, page numbers and, if they are many, a contents page; the number of pages."""
     writer = PdfWriter()
     listed = len(parts) > 1 and sum(len(part.pages) for part in parts) >= LISTED
     lines = entries([(part.title, part.pages) for part in parts], 2 if listed else 1)

@@ -1,5 +1,4 @@
-"""The energies of a run over time, and beside them phase portraits and spectra; under a growing lateral force its quantities over
-that force."""
+"""Energies of a run over time; beside them phase portraits and spectra or, under a growing force, quantities over the force."""
 from __future__ import annotations
 
 import numpy as np
@@ -26,8 +25,7 @@ NEEDED = {"F_ext", "Y", "roll", *(f"{what}_{contact}" for what in ("N", "Fy", "F
 
 
 def energy_page(run: RunData) -> Figure | None:
-    """Energies over time, velocity over displacement, spectra with the eigenfrequencies at rest, and L/V; None without
-    energies and without velocities."""
+    """Energies over time, velocity over displacement, spectra, and L/V; None without energies and without velocities."""
     energies, window = ENERGY.of(run), overall(run)
     portraits = all({phase[0], phase[1]}.issubset(run.data) for phase in PHASES)
     if energies is None and not portraits:
@@ -103,8 +101,7 @@ def is_ramp(run: RunData) -> bool:
 
 
 def ramp_page(run: RunData) -> Figure:
-    """Energies over time, and beside them L/V of both wheels with Nadal's limit, loads of wheels, largest forces and
-    displacements over the lateral force."""
+    """Energies over time; L/V of both wheels with Nadal's limit, loads, forces and displacements over the lateral force."""
     placed = run_outlines(run)[0]
     angle = flange_angle(placed.left) if placed else np.nan
     window, energies = overall(run), ENERGY.of(run)

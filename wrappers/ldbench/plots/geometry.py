@@ -1,5 +1,4 @@
-"""Contact over the lateral displacement: the geometry functions of a run, and the page of a pair of profiles, which has each wheel
-on its rail with contact lines."""
+"""Contact over the lateral displacement: geometry functions of a run, and the page of a pair of profiles with contact lines."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -34,8 +33,7 @@ Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions 
 
 
 def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
-    """The geometry functions of the profiles of a run, as `ContactTable.geometry` and the file of `&output geometry_file` have
-    them."""
+    """The functions that `ContactTable.geometry` and the file of `&output geometry_file` have."""
     y = MM*functions["Y"]
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
                       f"dotted: rigid-axle clearance, {clearance_words(run)} mm; conicity: equivalent, by "
@@ -79,8 +77,7 @@ class ContactLine(NamedTuple):
 
 
 def contact_lines(found: Pair, side: int) -> list[ContactLine]:
-    """The contact lines of the left (1) or right (-1) wheel for displacements of whole millimetres, to a little beyond the
-    clearance."""
+    """Contact lines of the left (1) or right (-1) wheel at whole millimetres of displacement, to a little beyond the clearance."""
     g = found.rolled.geometry
     letter = SIDES[side][1]
     own = found.outlines.left if side > 0 else found.outlines.right

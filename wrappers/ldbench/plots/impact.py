@@ -58,8 +58,8 @@ class Recomputed:
 
 
 def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
-    """Cross-sections at the first impacts of flanges, the first one of the left flange over time, and the impacts of flanges
-    in numbers; None where a run has none of these. `first`: the first contact, computed again."""
+    """Cross-sections at first impacts of flanges, that of the left flange over time, and the impacts of flanges in numbers; None
+    where a run has none of these. `first`: the first contact, computed again."""
     window, placed = first_impact(run), placed_outlines(run)
     if window is None and placed is None:
         return None

@@ -61,8 +61,7 @@ def side_by_side(runs: Sequence[RunData]) -> Figure:
 
 
 def first_contacts(told: Sequence[tuple[RunData, ContactInterval, Exchange]]) -> Figure:
-    """Where the energy goes in the first contact of the left flange, and its peak, duration, impulse and rebound over the
-    initial velocity."""
+    """Where the energy goes in the first contact of the left flange; peak, duration, impulse and rebound over the velocity."""
     figure = new_page("First contact of the left flange in exercises 1 to 4", "", (
         "bars: kinetic energy at the end of the contact over that at its beginning; what is missing is elastic and potential "
         "energy. Dotted: powers 6/5, -1/5 and 1 of Hertz's impact of two bodies, through the slowest run with the first pair"))

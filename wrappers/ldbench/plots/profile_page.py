@@ -28,8 +28,7 @@ ARCS = {"crown_radius": 0.0, "shoulder_radius": 8.5, "corner_radius": 52.0}     
 
 
 def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str) -> Figure:
-    """Profiles in columns: shape, parts and dimensions, distance of the points from the curve where one is smoothed, tangent
-    angle, curvature; on the right the numbers."""
+    """Profiles in columns: shape, parts and dimensions, distance of the points, angle, curvature; on the right the numbers."""
     figure = new_page(" on ".join(Path(p.path).name for p in profiles), note)
     smoothed = any(profile.smoothing for profile in profiles)
     heights = [1.7, 0.6, 1, 1] if smoothed else [1.7, 1, 1]
@@ -166,10 +165,7 @@ def dimension(ax: Axes, first: Point, last: Point, words: str, below: bool = Fal
 
 
 def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
-    """Write the pages of profiles and pair, a .pdf, or a .png with one below the other.
-
-    reference: the combination of EN 15302 that is drawn behind the conicity.
-    """
+    """Write the pages of profiles and pair, .pdf or .png. reference: the combination of EN 15302 behind the conicity."""
     with ldbench_style():
         figures = [profile_page(profiles, found, note)]
         if found:

@@ -167,8 +167,7 @@ def percent(share: float) -> str:
 
 
 def exponents(struck: Sequence[tuple[RunData, ContactInterval]]) -> list[dict[str, str]]:
-    """The power of the initial velocity with which the first peak of the left flange force grows, by pair of profiles: between
-    the slowest and the fastest of the runs."""
+    """The power of the initial velocity with which the first flange peak grows, from the slowest to the fastest run of a pair."""
     found = []
     for own in by_pair([run for run, _ in struck]).values():
         peaks = {float(run.values("vY")[0]): one.peak for run, one in struck if run in own}

@@ -65,9 +65,7 @@ def derailment_demo(output: Path, scheduler: str | None, threads: int | None) ->
 
 
 def flange_profiles(folder: Path) -> dict[float, Path]:
-    """The actual wheel with other flange angles [deg].
-
-    Flange height and clearance are kept: the straight face is as long and the throat where this asks for."""
+    """The actual wheel with other flange angles [deg]: height and clearance are kept, the straight face is as long as these ask."""
     mp = SimpleNamespace(**run_path(str(data_folder()/"profiles"/"make_profiles.py")))      # of the shipped profiles
     folder.mkdir(exist_ok=True)
     rail = mp.arprof()

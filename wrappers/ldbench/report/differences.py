@@ -23,8 +23,7 @@ MEASURES = {"start": ("start", "s"), "duration": ("duration", "s"), "peak": ("la
 
 @dataclass(frozen=True)
 class Comparison:
-    """Runs on common instants: `time` of the reference, counted from its alignment, and per run its
-    columns there."""
+    """Runs on common instants: `time` of the reference, counted from its alignment, and the columns of each run there."""
     time: np.ndarray                     # [s]
     runs: tuple[RunData, ...]          # the first is the reference
     shifts: tuple[float, ...]            # instants of each file that are taken as the same [s]
@@ -144,10 +143,7 @@ class Pairing:
 
 
 def paired_impacts(runs: Sequence[RunData]) -> tuple[list[Pairing], int]:
-    """The impacts of all files with equal contact and number, in order of time; how many more each list would have.
-
-    Of each contact, the first IMPACTS are listed.
-    """
+    """The first IMPACTS of each contact by number, in order of time; how many more impacts the lists would have."""
     found: list[Pairing] = []
     left_out = 0
     for contact in CONTACTS:

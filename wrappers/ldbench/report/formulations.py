@@ -1,8 +1,7 @@
 """Elastic contact or constraint equations: effect of the choice on every result of the benchmark.
 
-All exercises run with elastic contact, with both wheels held on their rails (bilateral), and with rigid contacts
-that only push (unilateral), for several restitutions. In a report the elastic runs are those of the submitted column
-files.
+All exercises run with elastic contact, with both wheels held on their rails (bilateral), and with rigid contacts that only push
+(unilateral), for several restitutions. In a report the elastic runs are those of the submitted column files.
 """
 from __future__ import annotations
 
@@ -212,8 +211,7 @@ def table(found: Sequence[Outcome]) -> pd.DataFrame:
 
 
 def spread(values: Mapping[str, float]) -> float:
-    """Largest difference from the elastic value over that, of the formulations that have the result; nan without
-    two of them or if it is zero."""
+    """Largest difference from the elastic value over that; nan where only one formulation has the result, or if it is zero."""
     elastic = values["elastic"]
     others = [x for name, x in values.items() if name != "elastic" and np.isfinite(x)]
     return float(max(abs(x - elastic) for x in others)/abs(elastic)) if elastic and others else np.nan
@@ -233,8 +231,7 @@ def verdict(values: Mapping[str, float], key: str) -> tuple[str, str]:
 
 
 def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
-    """Draw the table of results: how much each of them depends on the formulation; how runs end, and what it takes to go over
-    the flange."""
+    """How much each result depends on the formulation; how runs end, and what it takes to go over the flange."""
     cases = cases_of(found)
     figure = new_page(
         "Which results depend on the formulation?",
@@ -374,8 +371,7 @@ def kept_file(outputs: Path) -> Path:
 
 def kept_outcomes(inputs: Path, outputs: Path, jobs: int, force: bool = False,
                   submitted: Callable[[], Sequence[RunData]] = tuple) -> list[Outcome]:
-    """All outcomes, run anew if something they depend on has changed since they were kept in `outputs`; `submitted` reads
-    the column files of elastic runs."""
+    """All outcomes, run anew where what they depend on has changed; `submitted` reads the column files of elastic runs."""
     def make() -> list[dict[str, Any]]:
         make_results_folder(outputs)
         with tqdm(total=len(FORMULATIONS)*len(cases), desc="formulations", disable=None) as bar:

@@ -79,8 +79,7 @@ TABLE = (("Y, first contact", "Y rms, first contact [m]", 1e6, "µm"),
 
 
 def study_summary(rows: pd.DataFrame) -> Figure:
-    """Contact law against time step: the differences of every exercise in numbers, and as bars over the reference's root mean
-    square."""
+    """Contact law against time step: differences of every exercise in numbers, and as bars over the reference."""
     figure = new_page(
         "Contact law or time step?", "all exercises; reference: half-spaces with cut steps",
         "table: root mean squares of the differences in lateral displacement Y and in the normal force of the left flange; "

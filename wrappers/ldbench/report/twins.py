@@ -1,8 +1,7 @@
 """Which results are sensitive: each case runs once more with the start moved by 1 µm.
 
-A result that such a twin changes by more than a thousandth depends on more than any measurement tells; many impacts in a
-row have multiplied the difference, and the result is one sample of a chaotic motion. Tables have it in italics, with the digits
-that hold.
+A result that such a twin changes by more than a thousandth depends on more than any measurement tells: many impacts have multiplied
+the difference, and it is one sample of a chaotic motion. Tables have it in italics, with the digits that hold.
 """
 from __future__ import annotations
 
