@@ -11,7 +11,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from .._core.files import make_results_folder, write_frame
-from .._core.kept import hashes, is_up_to_date, stamped, write_stamp
+from .._core.kept import hashes, is_up_to_date, kept_in, stamped, write_stamp
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
@@ -40,7 +40,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
     cases = [case_job(case, outputs) for case in find_cases(inputs)]
     signed = abstract.read_authors(Path(abstract.AUTHORS))
     make_results_folder(outputs)
-    with tqdm(total=2*len(cases) + 2, desc="report", disable=None) as bar:
+    with tqdm(total=2*len(cases) + 4, desc="report", disable=None) as bar:
         def tell(job: Job, ran: bool) -> None:
             bar.update()
             bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
@@ -49,10 +49,10 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         files = [job.product for job in cases]
         submitted = cache(partial(read_all, files, jobs))
         found = formulations.kept_outcomes(inputs, outputs, jobs, force, submitted)
-        other = twins.kept_twins(cases, outputs, jobs, force)
+        kept = [formulations.kept_file(outputs), kept_in(outputs)/"twins.json"]
+        other = twins.kept_twins(cases, kept[1], jobs, force)
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
-        kept = [formulations.kept_file(outputs), twins.kept_file(outputs)]
         variants = results.find_variants(files)
         sources = {
             plotted: [*files, *kept], summary: [*files, kept[1]], written: [*files, *kept, Path(abstract.AUTHORS)],
@@ -67,23 +67,21 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
                 and (around := first_and_hardest(run))}
 
-        def make(product: Path, parts: int, work: Callable[[], object] | None) -> None:
-            if work and product in due:
-                work()
-                write_stamp(product, depends[product])
-            else:
-                bar.update(parts)
-            bar.write(product.name)
-
+        work: dict[Path, Callable[[], object]] = {
+            summary: lambda: write_summary(runs, summary, chaotic),
+            shown: lambda: results.results_page(runs, variants, chaotic).write(shown),
+            written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed),
+            plotted: lambda: None}
         with ExitStack() as stack:
-            # Pages are drawn in other processes while the rest is made here.
-            further = [(formulations.TITLE, formulations.figures(found, inputs))]
-            finish = stack.enter_context(drawing(
-                runs, plotted, shapes(runs), jobs, bar.update, further, fine, chaotic)) if plotted in due else None
-            make(summary, 0, lambda: write_summary(runs, summary, chaotic))
-            make(shown, 1, lambda: results.results_page(runs, variants, chaotic).write(shown))
-            make(written, 1, lambda: abstract.make_abstract(runs, written, found, chaotic, signed))
-            make(plotted, len(files), finish)
+            if plotted in due:      # pages are drawn in other processes while the rest is made here
+                further = [(formulations.TITLE, formulations.figures(found, inputs))]
+                work[plotted] = stack.enter_context(drawing(runs, plotted, shapes(runs), jobs, bar.update, further, fine, chaotic))
+            for product, make in work.items():
+                if product in due:
+                    make()
+                    write_stamp(product, depends[product])
+                bar.update(len(files) + 1 if product == plotted and product not in due else 1)
+                bar.write(product.name)
     return files + products
 
 

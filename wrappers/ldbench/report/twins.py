@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._core.calls import Progress
-from .._core.kept import kept_in, kept_json, stamped
+from .._core.kept import kept_json, stamped
 from .._core.pools import in_threads
 from ..results.summary import summary_row
 from ..runs import compute
@@ -38,22 +38,16 @@ def chaotic(row: Mapping[str, Any], twin: Mapping[str, Any]) -> dict[str, float]
     return {key: found[key] for key in twin if key in found}
 
 
-def twin_rows(jobs: Sequence[Job], workers: int) -> dict[str, dict[str, Any]]:
-    """The results of the twins, by the names of the cases."""
+def kept_twins(jobs: Sequence[Job], kept: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
+    """The results of the twins by the names of the cases, run anew where something they depend on has changed since they were
+    kept in a file."""
     def work(job: Job, tell: Progress) -> dict[str, Any]:
         return summary_row(compute(job.case.replace(initial_Y=job.case.initial_Y + ASIDE), tell))
 
-    found = {job.name: row for job, row in in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers)}
-    return {job.name: found[job.name] for job in jobs}
+    def make() -> dict[str, dict[str, Any]]:
+        found = in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers)
+        return {job.name: row for job, row in found}
 
-
-def kept_file(outputs: Path) -> Path:
-    """The file that keeps the results of the twins."""
-    return kept_in(outputs)/"twins.json"
-
-
-def kept_twins(jobs: Sequence[Job], outputs: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
-    """The results of the twins, run anew where something they depend on has changed since they were kept in `outputs`."""
     depends = {name: x for job in jobs for name, x in stamped(job.product, Path()).items()}
-    rows: dict[str, dict[str, Any]] = kept_json(kept_file(outputs), depends, force, lambda: twin_rows(jobs, workers))
+    rows: dict[str, dict[str, Any]] = kept_json(kept, depends, force, make)
     return rows
