@@ -223,7 +223,7 @@ class Child:
         summary_row(run)
         make_page([reference, run])
         draw = rng.choice([None]*40 + [
-            lambda: tables.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
+            lambda: next(tables.paged(run.name, run.header.title, [run.name], [[run.ending]], [1], (0,), run.heading))[1],
             lambda: time_page(run, PAGES[0]), lambda: impact_page(run),
             lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
         if draw:

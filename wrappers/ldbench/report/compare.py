@@ -4,6 +4,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
 from ..plots.stretches import rows_between, thin
 from ..plots.style import SERIES, plain
-from ..plots.tables import LINES, draw_listing, paged, table_page
+from ..plots.tables import LINES, draw_listing, paged
 from ..results.quantities import DEG, GROUPS, KN, significant
 from ..results.run_data import RunData
 from ..viewer.show import law
@@ -47,6 +48,11 @@ def themes(found: Comparison) -> dict[str, list[str]]:
             if (columns := [column for column in found.columns if found.shown(column).group == group])}
 
 
+def looks(found: Comparison) -> list[dict[str, Any]]:
+    """Name and look of the curves of each file."""
+    return [{"label": plain(run.name), **line.kwargs()} for run, line in zip(found.runs, itertools.cycle(SERIES), strict=False)]
+
+
 def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figure:
     """Overlay and difference of a few quantities."""
     figure = new_page(title[0].upper() + title[1:], f"reference: {found.runs[0].name}", footnote(found))
@@ -55,9 +61,8 @@ def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figu
         known = found.shown(column)
         apart = [found.difference(k, column) for k in range(1, len(found.runs))]
         for ax, curves, first in (overlay, [values[column] for values in found.values], 0), (difference, apart, 1):
-            looks = itertools.islice(itertools.cycle(SERIES), first, None)
-            for run, x, line in zip(found.runs[first:], curves, looks, strict=False):
-                ax.plot(*thin(found.time, known.scale*x), label=plain(run.name), **line.kwargs())
+            for x, look in zip(curves, looks(found)[first:], strict=True):
+                ax.plot(*thin(found.time, known.scale*x), **look)
         overlay.set_title(plain(known.label), loc="left", pad=3)
         unit = f" [{known.unit}]" if known.unit else ""
         difference.set_title(plain(f"difference from the reference{unit}"), loc="left", color="#404040", pad=3)
@@ -103,8 +108,9 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
               f"ldbench {run.header.version}" if run.header.settings else "–", law(run) or "–", f"{len(run.time)}",
               f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"] for run in found.runs]
     reference = f"reference: {found.runs[0].name}"
-    page = table_page("Comparison", reference, ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], files,
-                      [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], left=(0, 1, 2))
+    page = new_page("Comparison", reference)
+    draw_listing(page, ["name", "file", "title", "program", "contact", "rows", "time [s]", "end"], files,
+                 [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], (0, 1, 2))
     events = []
     for _, row in event_table(found.runs).iterrows():
         scale, told, unit = (1e3, number, "ms") if row["unit"] == "s" else (KN, significant, "kN")
@@ -128,11 +134,10 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
     note = ("impact: a closed interval of a contact between two open rows, or an impact of rigid contacts; impacts of a contact "
             "are compared by their number\npeak: largest normal force of the rows; impulse: integral of the normal force; angle: "
             "contact angle at the largest force") + (f"; {left_out} more impacts are left out" if left_out else "")
-    few = {run.name: n for run, impacts in zip(found.runs, zip(*(one.impacts for one in pairings), strict=True), strict=True)
-           if (n := sum(0 < impact.rows.stop - impact.rows.start < ENOUGH_ROWS for impact in impacts if impact))}
-    if few:
-        note += "\n" + "; ".join(f"{name}: {n} impacts have fewer than {ENOUGH_ROWS} rows, so their numbers are rough"
-                                 for name, n in few.items())
+    few = [f"{run.name}: {n} impacts have fewer than {ENOUGH_ROWS} rows, so their numbers are rough"
+           for k, run in enumerate(found.runs)
+           if (n := sum(0 < impact.rows.stop - impact.rows.start < ENOUGH_ROWS for one in pairings if (impact := one.impacts[k])))]
+    note = "\n".join([note, *(["; ".join(few)] if few else [])])
     reference = found.runs[0].name
     for k, run in enumerate(found.runs[1:], 1):
         rows = []
@@ -161,21 +166,18 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
     axes = figure.subplots(3, 4).ravel()
     for ax, one in zip(axes, pairings, strict=False):
         longest = max(impact.duration for impact in one.impacts if impact)
-        for run, impact, line in zip(found.runs, one.impacts, itertools.cycle(SERIES), strict=False):
+        for run, impact, look in zip(found.runs, one.impacts, looks(found), strict=True):
             force = run.normal_force(one.contact)
             if force is None or impact is None or not impact.duration > 0:
                 continue
-            low, high = impact.start - MARGIN*longest, impact.start + (1 + MARGIN)*longest
-            rows = rows_between(run.time, low, high)
-            ax.plot(1e3*(run.time[rows] - impact.start), KN*force[rows], label=plain(run.name),
-                    **line.kwargs())
+            rows = rows_between(run.time, impact.start - MARGIN*longest, impact.start + (1 + MARGIN)*longest)
+            ax.plot(1e3*(run.time[rows] - impact.start), KN*force[rows], **look)
         ax.set_xlim(-1e3*MARGIN*longest, 1e3*(1 + MARGIN)*longest)
         ax.set_ylim(bottom=0)
         ax.set_title(f"{one.words}: {1e3*one.impacts[0].start:.3f} ms" if one.impacts[0] else one.words, loc="left", pad=3)
     for unused in axes[len(pairings):]:
         unused.remove()
-    legend_of_page(figure, [axes[0].plot([], [], label=plain(run.name), **line.kwargs())[0]
-                            for run, line in zip(found.runs, itertools.cycle(SERIES), strict=False)], 4)
+    legend_of_page(figure, [axes[0].plot([], [], **look)[0] for look in looks(found)], 4)
     return figure
 
 
