@@ -70,7 +70,6 @@ def clearance_words(run: RunData) -> str:
 
 class ContactLine(NamedTuple):
     """The points of wheel and rail that touch at a displacement, in the frame of `Side`."""
-
     y: float                # lateral displacement of the wheelset [m]
     wheel: np.ndarray       # Y outward and Z from the axle centre [m]
     rail: np.ndarray        # Y outward and Z from the top of the rail [m]

@@ -41,7 +41,6 @@ NEEDED = {"Y", "Z", "roll", *(f"{what}_{c}" for what in ("N", "Fy", "Fz", "y", "
 @dataclass(frozen=True)
 class Recomputed:
     """A part of a run that was computed again with more rows."""
-
     run: RunData            # whose time counts from `start`
     start: float            # [s]
 

@@ -40,12 +40,11 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
             distance[0].plot(profile.points[:, 0], 1e3*profile.distance(), ".", markersize=1.5, color=SKY)
             distance[0].set_ylabel("distance [µm]")
         draw_shape(shape, profile, found)
-        for stations, label, color in ((profile.rough, "through the points", GREY),
-                                       (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK)):
-            if stations is profile.rough and profile.smoothing == 0:
-                continue
-            label = label if profile.smoothing else "through the points"
-            width = 0.5 if color == GREY else 0.9
+        curves = [(profile.smooth, "through the points", BLACK, 0.9)]
+        if profile.smoothing:
+            curves = [(profile.rough, "through the points", GREY, 0.5),
+                      (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK, 0.9)]
+        for stations, label, color, width in curves:
             angle.plot(MM*stations.y, DEG*stations.angle, color=color, linewidth=width, label=label)
             curvature.plot(MM*stations.y, stations.curvature, color=color, linewidth=width, label=label)
         usual = np.percentile(np.abs(profile.smooth.curvature), 99)
@@ -54,7 +53,12 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
         curvature.set_ylabel("curvature [1/m]")
         curvature.set_xlabel("y [mm]")
         legend_above(curvature)
-    write_lines(figure.add_subplot(grid[:, -1]), profiles, found)
+    blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
+    numbers = [line for block in blocks for entry in [*block, ""]
+               for line in textwrap.wrap(entry, 52, subsequent_indent="  ") or [""]]
+    side = figure.add_subplot(grid[:, -1])
+    side.set_axis_off()
+    side.text(0, 1, plain("\n".join(numbers)), fontsize=6.5, va="top", linespacing=1.45, in_layout=False)
     return figure
 
 
@@ -77,16 +81,6 @@ def draw_shape(ax: Axes, profile: ProfileData, found: Pair | None) -> None:
     ax.set_ylabel("z [mm]")
     ax.set_title(profile.kind, loc="left", weight="bold")
     legend_above(ax)
-
-
-def write_lines(ax: Axes, profiles: Sequence[ProfileData], found: Pair | None) -> None:
-    """The numbers, in a column on the right."""
-    blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
-    wrapped = []
-    for block in blocks:
-        wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
-    ax.set_axis_off()
-    ax.text(0, 1, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45, in_layout=False)
 
 
 def wheel_dimensions(profile: ProfileData) -> dict[str, tuple[Point, Point]]:

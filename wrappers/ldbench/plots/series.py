@@ -15,7 +15,6 @@ from .style import BLACK, BLUE, CONTACT_LINES, DASH_DOT, DASHED, GREEN, ORANGE, 
 @dataclass(frozen=True)
 class Curve:
     """A curve against time: one column, or several that are added up."""
-
     columns: tuple[str, ...]      # added up
     label: str
     line: Line
@@ -32,7 +31,6 @@ class Curve:
 @dataclass(frozen=True)
 class Panel:
     """A panel: curves of one unit."""
-
     label: str
     unit: str
     scale: float                  # from SI to the unit
@@ -47,7 +45,6 @@ class Panel:
 @dataclass(frozen=True)
 class Page:
     """A page of panels against time, in columns beside each other."""
-
     title: str
     columns: tuple[tuple[Panel, ...], ...]
     note: str | Callable[[RunData], str] = ""

@@ -27,7 +27,6 @@ BLACK, BLUE, SKY, RED, ORANGE, GREEN, PURPLE, GREY = (
 @dataclass(frozen=True)
 class Line:
     """The look of a line: colour, dashes, width [pt]."""
-
     color: str
     dashes: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 0.9

@@ -72,9 +72,13 @@ def draw_panel(ax: Axes, run: RunData, panel: Panel, window: Window) -> None:
     if all(np.isnan(x).all() for _, x, *_ in drawn):
         ax.text(0.5, 0.5, "no contact", transform=ax.transAxes, ha="center", va="center", color="#606060", fontsize=7)
         ax.set_yticks([])
-    else:
-        widen_flat(ax)
-        ax.locator_params(axis="y", nbins=5)
+        return
+    low, high = ax.get_ylim()
+    middle = (low + high)/2
+    if high - low < 1e-9*max(abs(middle), 1e-3):        # of a constant matplotlib would show the rounding
+        half = max(0.05*abs(middle), 0.1)
+        ax.set_ylim(middle - half, middle + half)
+    ax.locator_params(axis="y", nbins=5)
 
 
 def draw_curves(ax: Axes, curves: Sequence[tuple[np.ndarray, np.ndarray, str, Line]], banded: bool) -> None:
@@ -96,24 +100,6 @@ def draw_curve(ax: Axes, t: np.ndarray, x: np.ndarray, label: str, line: Line, b
     ax.plot(*thin(t, x, PANEL), **look)
 
 
-def widen_flat(ax: Axes) -> None:
-    """Axis limits for a constant: matplotlib would show its rounding."""
-    low, high = ax.get_ylim()
-    middle = (low + high)/2
-    if high - low < 1e-9*max(abs(middle), 1e-3):
-        half = max(0.05*abs(middle), 0.1)
-        ax.set_ylim(middle - half, middle + half)
-
-
-def key_events(run: RunData) -> list[tuple[float, str]]:
-    """The events to mark on the whole run."""
-    found = [(t, f"{side} flange") for side in ("left", "right") if (t := run.first_contact(f"{side[0].upper()}F")) is not None]
-    found += [(passage, "centre") for passage in run.passages()[:1]]
-    if derailment := run.first("derailment"):
-        found.append((derailment.t, "derailment"))
-    return sorted(found)
-
-
 def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) -> float:
     """Mark events by dotted lines, with their words above the topmost axes; the height that the words take [pt]. Events at
     one place share a line, and words that would overlap go one line up."""
@@ -123,7 +109,10 @@ def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) 
     def height(line: int) -> float:
         return 1.5 + 1.25*EVENT_SIZE*line
 
-    shown = [(t, label) for t, label in key_events(run) if window.start <= t <= window.end]
+    events = [(t, f"{side} flange") for side in ("left", "right") if (t := run.first_contact(f"{side[0].upper()}F")) is not None]
+    events += [(passage, "centre") for passage in run.passages()[:1]]
+    events += [(derailment.t, "derailment")] if (derailment := run.first("derailment")) else []
+    shown = sorted(event for event in events if window.start <= event[0] <= window.end)
     for t, group in groupby(shown, key=lambda event: event[0]):
         words = ", ".join(label for _, label in group)
         half = 0.27*EVENT_SIZE*len(words) + 1

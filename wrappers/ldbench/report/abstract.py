@@ -105,7 +105,9 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "order_free": f"{loose[0].number('integrator', 'order'):.0f}",
         "order_ramp": f"{ramps[0].number('integrator', 'order'):.0f}" if ramps else "",
         "scheme": str(first.setting("integrator", "scheme")),
-        "explicit": all(is_explicit(run) for run in runs),
+        # Whether the runs have the integrator that the text describes.
+        "explicit": all(run.setting("integrator", "scheme") == "newmark" and run.number("integrator", "beta") == 0 and run.number(
+            "integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0 for run in runs),
         "energy_free": scientific(loose[0].number("integrator", "energy_tolerance")),
         "energy_ramp": scientific(ramps[0].number("integrator", "energy_tolerance")) if ramps else "",
         "calm": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if not any(lifted)],
@@ -143,12 +145,6 @@ def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
         return None
     row = max(known, key=lambda row: float(row["pmax_LF"]))
     return {"name": row["case"], "largest": f"{1e-9*row['pmax_LF']:.1f}", "area": OUTCOME["patch_LF"].text(row["patch_LF"])}
-
-
-def is_explicit(run: RunData) -> bool:
-    """Whether the run has the integrator that the text describes."""
-    return (run.setting("integrator", "scheme") == "newmark" and run.number("integrator", "beta") == 0
-            and run.number("integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0)
 
 
 def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:

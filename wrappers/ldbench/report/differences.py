@@ -123,7 +123,6 @@ def pair_row(other: RunData, what: str, name: str, words: str, unit: str, refere
 
 class Pairing(NamedTuple):
     """An impact of the reference and those of the other files with the same contact and number; None where there is none."""
-
     contact: str
     name: str               # 'LF 2'
     words: str              # 'left flange 2'
