@@ -22,10 +22,9 @@ from ldbench.plots import document
 from ldbench.plots.document import Part, arranged, bind, contents_page, entries, save_pages
 from ldbench.plots.energies import energy_page
 from ldbench.plots.impact import impact_page, instants
-from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
+from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page, time_page
 from ldbench.plots.stretches import band, first_impact, last_second, thin
 from ldbench.plots.style import ldbench_style
-from ldbench.plots.times import time_page
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data

@@ -20,7 +20,7 @@ from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench._core.pools import call_known, processes
 from ldbench.conicity import GEOMETRY_PITCH
 from ldbench.plots.series import PAGES
-from ldbench.report import abstract, formulations, submission, twins
+from ldbench.report import abstract, formulations, submission
 from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
 from ldbench.results.run_data import RunData, read_data
@@ -225,8 +225,9 @@ def test_results_that_a_twin_does_not_share_are_chaotic():
            "n_left_flange_contact": 1, "drift": 1e-9, "F_derailment": np.nan}
     twin = row | {"t_return": 0.1002, "peak_N_LF": 100.05e3, "Y_min": 1e-6, "t_derailment": 3.0, "n_left_flange_contact": 2,
                   "drift": 5e-9}
-    assert twins.chaotic(row, twin) == {"t_return": pytest.approx(2e-4), "t_derailment": np.inf, "n_left_flange_contact": 1.0}
-    assert twins.chaotic(row, dict(row)) == {}
+    assert submission.chaotic_results(row, twin) == {
+        "t_return": pytest.approx(2e-4), "t_derailment": np.inf, "n_left_flange_contact": 1.0}
+    assert submission.chaotic_results(row, dict(row)) == {}
 
 
 def test_summary_names_chaotic_results(tmp_path: Path, project: Path):

@@ -204,9 +204,8 @@ class Child:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
         from ldbench.plots import tables
         from ldbench.plots.impact import impact_page
-        from ldbench.plots.series import PAGES
+        from ldbench.plots.series import PAGES, time_page
         from ldbench.plots.style import ldbench_style
-        from ldbench.plots.times import time_page
         from ldbench.report import differences
         from ldbench.results.run_data import read_data
         from ldbench.results.summary import summary_row

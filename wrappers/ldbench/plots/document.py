@@ -26,15 +26,14 @@ from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
 from ..results.summary import Chaotic
 from .energies import energy_page, is_ramp, ramp_page
+from .figures import overview_figures
 from .frame import FOOT, LEFT, RIGHT, new_page
 from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
-from .overview import overview_figures
-from .series import IMPULSES, LAST, PAGES
+from .series import IMPULSES, LAST, PAGES, time_page
 from .stretches import is_long, last_second
 from .style import PAGE, ldbench_style, plain
 from .tables import summary_page
-from .times import time_page
 
 
 @dataclass(frozen=True)

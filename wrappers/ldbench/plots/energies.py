@@ -11,10 +11,9 @@ from ..results.derived import lateral_over_vertical, nadal_limit, spectrum, whee
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM, quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
-from .series import ENERGY, RATIO
+from .series import ENERGY, RATIO, draw_columns, draw_curve
 from .stretches import PANEL, Window, is_long, last_second, overall, thin
 from .style import BLACK, BLUE, CONTACT_LINES, GREEN, GREY, PURPLE, RED, Line, powers_of_ten
-from .times import draw_columns, draw_curve
 
 PHASES = (("Y", "vY", "Y [mm]", "dY/dt [m/s]", MM, 1.0), ("Z", "vZ", "Z [mm]", "dZ/dt [m/s]", MM, 1.0),
           ("roll", "roll_rate", "Φ [mrad]", "dΦ/dt [mrad/s]", 1e3, 1e3))

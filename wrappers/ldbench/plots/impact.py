@@ -18,11 +18,10 @@ from ..results.events import FLANGE_ANGLE
 from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM, significant
 from ..results.run_data import RunData
 from .frame import caption, new_page
-from .series import CLOSE, Page
+from .series import CLOSE, Page, draw_columns
 from .stretches import Window, first_impact
 from .style import BLACK, CONTACT_LINES
 from .tables import draw_table
-from .times import draw_columns
 
 MOST = 6            # impacts in the table
 HARDEST = "hardest contact of the left flange"

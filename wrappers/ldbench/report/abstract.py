@@ -80,7 +80,6 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
                 bool(row["n_left_wheel_lift_off"] or row["n_right_wheel_lift_off"]))
     return {
         "version": first.header.version,
-        "figures": {},
         "names": [run.name for run in runs],
         "table": [[OUTCOME[key].brief, *({"leaning": text} if leaning else text for text, leaning in (
             shown(row, key, chaotic, TABLE[key]) for row in rows))] for key in TABLE],
@@ -124,18 +123,12 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
 
 
 def costs(runs: Sequence[RunData]) -> list[list[str]]:
-    """Steps, their mean length and evaluations of the force, a row each, as the table prints them."""
+    """Steps, their mean length and evaluations of the force, a row each, with thin spaces between thousands."""
     steps, evaluations = ([run.result(name) for run in runs] for name in ("steps", "evaluations"))
-    if not np.isfinite([*steps, *evaluations]).all():
-        return []
-    return [["steps", *(grouped(n) for n in steps)],
+    grouped = [[f"{n:,.0f}".replace(",", "\u2009") for n in numbers] for numbers in (steps, evaluations)]
+    return [["steps", *grouped[0]],
             ["mean step [µs]", *(f"{1e6*run.time[-1]/n:.1f}" for run, n in zip(runs, steps, strict=True))],
-            ["evaluations of the force", *(grouped(n) for n in evaluations)]]
-
-
-def grouped(n: float) -> str:
-    """A number with thin spaces between thousands."""
-    return f"{n:,.0f}".replace(",", "\u2009")
+            ["evaluations of the force", *grouped[1]]]
 
 
 def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:

@@ -23,9 +23,9 @@ from .._core.pools import in_threads
 from ..case import Case
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
+from ..plots.series import draw_curves
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line
 from ..plots.tables import draw_table
-from ..plots.times import draw_curves
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
 from ..results.quantities import KN, MM, OUTCOME, si_unit, significant

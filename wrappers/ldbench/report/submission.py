@@ -1,18 +1,26 @@
-"""The submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results."""
+"""The submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
+
+Which results are sensitive? Each case runs once more, as a twin with the start moved by 1 µm. A result that the twin changes by
+more than a thousandth depends on more than any measurement tells: many impacts have multiplied the difference, and it is one sample
+of a chaotic motion. Tables have it in italics, with the digits that hold.
+"""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from .._core.calls import Progress
 from .._core.files import make_results_folder, write_frame
-from .._core.kept import hashes, is_up_to_date, kept_in, stamped, write_stamp
+from .._core.kept import hashes, is_up_to_date, kept_in, kept_json, stamped, write_stamp
 from .._core.optional import needed
+from .._core.pools import in_threads
 from ..geometry.pressures import full_row
 from ..plots.document import drawing
 from ..plots.energies import is_ramp
@@ -24,8 +32,13 @@ from ..results.summary import Chaotic, summary_row
 from ..runs import compute
 from ..table import ContactTable
 from ..viewer import results
-from . import abstract, formulations, twins
+from . import abstract, formulations
 from .jobs import Job, case_job, find_cases, run_stale
+
+ASIDE = 1e-6            # of the start of a twin [m]
+SAME = 1e-3             # share of a result by which a twin may move it
+# Results that say how exact a run is, not what happens in it.
+EXACTNESS = "drift", "drift_relative", "drift_reference", "step", "steps"
 
 # Of the parts of a long run that are computed again, with rows as close as impacts need.
 INTERVAL = 2e-5         # between rows [s]
@@ -50,7 +63,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         submitted = cache(partial(read_all, files, jobs))
         found = formulations.kept_outcomes(inputs, outputs, jobs, force, submitted)
         kept = [formulations.kept_file(outputs), kept_in(outputs)/"twins.json"]
-        other = twins.kept_twins(cases, kept[1], jobs, force)
+        other = kept_twins(cases, kept[1], jobs, force)
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
         variants = results.find_variants(files)
@@ -62,7 +75,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
         runs = submitted() if due else []
-        chaotic = {run.name: twins.chaotic(summary_row(run), other[run.name]) for run in runs}
+        chaotic = {run.name: chaotic_results(summary_row(run), other[run.name]) for run in runs}
         # Before other processes are forked: a run starts threads of OpenMP.
         fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
                 and (around := first_and_hardest(run))}
@@ -112,3 +125,32 @@ def first_and_hardest(whole: RunData) -> tuple[Recomputed, Recomputed] | None:
     """The first and the hardest contact of the left flange; None in a run without one."""
     first, peak = whole.first_contact("LF"), whole.peak("LF")
     return (around(whole, first), around(whole, peak[1])) if first is not None and peak else None
+
+
+def chaotic_results(row: Mapping[str, Any], twin: Mapping[str, Any]) -> dict[str, float]:
+    """The results of a run that its twin does not share, and how far its twin is from them; infinite where one comes or goes."""
+    found = {}
+    for key in twin.keys() - set(EXACTNESS):
+        one, other = row.get(key), twin.get(key)
+        if isinstance(one, str) or isinstance(other, str) or one == other or (one is not None and np.isnan(one)):
+            continue
+        spread = np.inf if one is None or other is None or np.isnan(other) else abs(one - other)
+        apart = 2*ASIDE if key.startswith("Y_") else 0.0        # by the start itself
+        if spread > SAME*abs(one or 0.0) + apart:
+            found[key] = float(spread)
+    return {key: found[key] for key in twin if key in found}
+
+
+def kept_twins(jobs: Sequence[Job], kept: Path, workers: int, force: bool = False) -> dict[str, dict[str, Any]]:
+    """The results of the twins by the names of the cases, run anew where something they depend on has changed since they were
+    kept in a file."""
+    def work(job: Job, tell: Progress) -> dict[str, Any]:
+        return summary_row(compute(job.case.replace(initial_Y=job.case.initial_Y + ASIDE), tell))
+
+    def make() -> dict[str, dict[str, Any]]:
+        found = in_threads(work, sorted(jobs, key=lambda job: -job.cost), workers)
+        return {job.name: row for job, row in found}
+
+    depends = {name: x for job in jobs for name, x in stamped(job.product, Path()).items()}
+    rows: dict[str, dict[str, Any]] = kept_json(kept, depends, force, make)
+    return rows
