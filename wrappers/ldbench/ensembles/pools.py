@@ -7,11 +7,9 @@ per task: the scheduler would unpickle them, which costs it more than the task.
 from __future__ import annotations
 
 import functools
-import math
 import pickle
 import tempfile
 import threading
-import time
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
@@ -23,16 +21,13 @@ from .._core.optional import needed
 from .._core.pools import PATIENCE
 from ..case import Case
 from ..table import PROFILES, ContactTable, core_files
-from .members import Group, Member, Record, TableKey, Wanted, run_members
+from .members import Member, Record, TableKey, Wanted, groups_of, run_members, table_keys
 
 if TYPE_CHECKING:
     import distributed
 
 AHEAD = 3           # tasks of a thread, so that it has some while this process hands on what is done
-PIECE = 1.0         # work of a task on a cluster [s], longer with more threads than RATE
-SHORTEST = 0.05     # work of the last tasks [s]
-RATE = 100          # tasks per second that a scheduler can do
-COUNT = 1.0         # between two looks at the workers [s]
+MOST = 20           # members of a task on a cluster: a scheduler does some hundred tasks per second
 CONNECT = 30        # wait for the scheduler [s]
 TABLES_KEPT = 4     # by a worker process
 
@@ -41,6 +36,7 @@ class Here:
     """The threads of this process. A thread that needs a table waits for the one that builds it."""
 
     died: Any = ()      # what tells that workers die again and again
+    most = 1            # members of a task
 
     def __init__(self, threads: int) -> None:
         self._threads, self._stop = threads, threading.Event()
@@ -55,25 +51,17 @@ class Here:
         """Members that can run at the same time."""
         return self._threads
 
-    def size(self, left: int) -> int:
-        """How many of the members that are left make a task."""
-        return 1
-
     def build(self, case: Case) -> Future[ContactTable]:
         """The table of a case, for `run`."""
         return self._pool.submit(ContactTable.quiet, case, self._tell)
 
-    def run(self, members: Sequence[Member], table: Future[ContactTable] | ContactTable | None,
-            wanted: Wanted) -> Future[list[Record]]:
-        """The records of members of one table."""
-        def work() -> list[Record]:
-            return run_members(members, table.result() if isinstance(table, Future) else table, wanted, self._tell)
+    def run(self, members: Sequence[Member], table: Future[ContactTable] | ContactTable, wanted: Wanted) -> Future[bytes]:
+        """The pickled records of members of one table; an Error where the table cannot be made."""
+        def work() -> bytes:
+            made = table.result() if isinstance(table, Future) else table
+            return pickle.dumps(run_members(members, made, wanted, self._tell))
 
         return self._pool.submit(work)
-
-    def records(self, done: Future[list[Record]]) -> list[Record]:
-        """What a task has brought; an Error where its table cannot be made."""
-        return done.result()
 
     def close(self) -> None:
         """Stop what runs; what has not begun is not done."""
@@ -82,13 +70,13 @@ class Here:
 
 
 class Cluster:
-    """The workers of a Dask cluster. Tasks take about a second, by the time of members that have run, and less at the end, so that
-    the workers end together."""
+    """The workers of a Dask cluster."""
+
+    most = MOST
 
     def __init__(self, scheduler: str) -> None:
         distributed = needed("distributed", "ensemble", "dask[distributed]")
         self.died = distributed.KilledWorker
-        self._counted, self._threads, self._seconds = -math.inf, 1, 0.0
         try:
             kind, place = distributed.comm.parse_address(scheduler)
             if kind in {"tcp", "tls"}:
@@ -103,33 +91,18 @@ class Cluster:
 
     def threads(self) -> int:
         """Members that can run at the same time; workers come and go."""
-        if time.monotonic() > self._counted + COUNT:
-            self._threads, self._counted = max(1, sum(self._client.nthreads().values())), time.monotonic()
-        return self._threads
-
-    def size(self, left: int) -> int:
-        """How many of the members that are left make a task."""
-        if not self._seconds:
-            return 1
-        longest, share = PIECE*max(1.0, self._threads/RATE), left*self._seconds/(AHEAD*self._threads)
-        return max(1, int(min(longest, max(share, SHORTEST))/self._seconds))
+        return max(1, sum(self._client.nthreads().values()))
 
     def build(self, case: Case) -> distributed.Future | None:
         """The table of a case, which stays on the workers, for `run`; None where the profiles cannot be read, as runs will say."""
         try:
             return self._client.submit(build_there, files_of(case), pure=False)
-        except Error:
+        except (Error, OSError):
             return None
 
     def run(self, members: Sequence[Member], table: distributed.Future | None, wanted: Wanted) -> Future[bytes]:
-        """The records of members of one table."""
+        """The pickled records of members of one table; an Error where the table cannot be made."""
         return self._pool.submit(run_there, pickle.dumps(members), table, wanted)
-
-    def records(self, done: Future[bytes]) -> list[Record]:
-        """What a task has brought; an Error where its table cannot be made."""
-        records: list[Record]
-        records, self._seconds = pickle.loads(done.result())
-        return records
 
     def close(self) -> None:
         """Leave the cluster; what has not begun is not done."""
@@ -147,65 +120,62 @@ def check_security(scheduler: str, security: distributed.Security) -> None:
 
 
 class Files(NamedTuple):
-    """A contact table on its way: a case, and the contents of its profiles, by variable, and of its table file, by what the names
-    of the parts end with: '', and '.right' of a right side that differs."""
+    """A contact table on its way: a case, and the contents of its profiles and its table file by the names of the variables. The
+    table of a right side that differs has a file of its own, whose name ends with '.right'."""
 
     case: Case
-    profiles: tuple[tuple[str, bytes], ...]
-    tables: tuple[tuple[str, bytes], ...]
+    contents: tuple[tuple[str, bytes], ...]
 
-    def table_in(self, folder: str) -> tuple[ContactTable, dict[str, str]]:
-        """The table, loaded or built with all files in a folder, and the paths of the profiles there by variable."""
-        for name, data in (*self.profiles, *((f"table_file{end}", data) for end, data in self.tables)):
+    def write(self, folder: str) -> dict[str, str]:
+        """Write all files to a folder; their paths by variable."""
+        for name, data in self.contents:
             Path(folder, name).write_bytes(data)
-        paths = dict.fromkeys(PROFILES, "") | {name: f"{folder}/{name}" for name, _ in self.profiles}
-        return ContactTable.quiet(self.case.replace(paths | {"table_file": f"{folder}/table_file"})), paths
+        return dict.fromkeys(PROFILES, "") | {name: f"{folder}/{name}" for name, _ in self.contents if name in PROFILES}
 
 
 def files_of(case: Case) -> Files:
     """What a worker needs to make the table of a case, with what its table file holds."""
-    def read(path: str) -> bytes:
-        try:
-            return Path(path).read_bytes()
-        except OSError as error:
-            raise Error(f"{path}: cannot be opened for reading: {error.strerror}") from None
-
-    return Files(case, tuple((name, read(path)) for name, path in core_files(case).items()), tables_at(case.table_path()))
-
-
-def tables_at(path: str) -> tuple[tuple[str, bytes], ...]:
-    """Contact tables of a table file."""
-    return tuple((end, Path(path + end).read_bytes()) for end in ("", ".right") if path and Path(path + end).is_file())
+    tables = {f"table_file{end}": case.table_path() + end for end in ("", ".right")}
+    found = core_files(case) | {name: path for name, path in tables.items() if Path(path).is_file()}
+    return Files(case, tuple((name, Path(path).read_bytes()) for name, path in found.items()))
 
 
 def build_there(files: Files) -> Files:
     """The files with the contact table, which this worker loads or builds."""
     with tempfile.TemporaryDirectory() as folder:
-        files.table_in(folder)
-        return files._replace(tables=tables_at(f"{folder}/table_file"))
+        case = files.case.replace({**files.write(folder), "table_file": f"{folder}/table_file"})
+        ContactTable.quiet(case)
+        return files_of(case)
 
 
 @functools.lru_cache(TABLES_KEPT)
 def load_there(files: Files) -> tuple[ContactTable, dict[str, str], tempfile.TemporaryDirectory[str]]:
     """The contact table in this process, the paths of the profiles by variable, and the folder that has them."""
     folder = tempfile.TemporaryDirectory()
-    return *files.table_in(folder.name), folder
+    paths = files.write(folder.name)
+    return ContactTable.quiet(files.case.replace({**paths, "table_file": f"{folder.name}/table_file"})), paths, folder
 
 
 def run_there(pickled: bytes, files: Files | None, wanted: Wanted) -> bytes:
-    """Run members on this worker: their records and the time that a member took [s], pickled both ways."""
+    """Run members on this worker, pickled as their records are."""
     table, paths, _ = load_there(files) if files else (None, {}, None)
-    begin = time.perf_counter()
-    records = run_members(pickle.loads(pickled), table, wanted, files=paths)
-    return pickle.dumps((records, (time.perf_counter() - begin)/len(records)))
+    return pickle.dumps(run_members([case._with(paths) for case in pickle.loads(pickled)], table, wanted))
 
 
-def run_groups(members: Sequence[Member], groups: Iterable[Group], tables: Mapping[TableKey, ContactTable], place: Here | Cluster,
-               wanted: Wanted) -> Generator[tuple[list[int], list[Record]]]:
-    """Numbers of members and their records as they come; `tables` by their keys are at hand. No more tasks are handed in than keep
-    the place busy."""
-    tasks = tasks_of(groups, tables, place)
-    going: dict[Future[Any], list[int]] = {}
+def run_missing(members: Sequence[Member], missing: Sequence[int], base: object, tables: Iterable[ContactTable], wanted: Wanted,
+                scheduler: str | None, threads: int) -> Generator[tuple[int, Record]]:
+    """Numbers of members that are missing and their records, as they come; at first of those whose values are refused.
+
+    base: the case whose table file it is. No more tasks are handed in than keep the threads or the cluster busy.
+    """
+    for number in missing:
+        if isinstance(refused := members[number], str):
+            yield number, {"error": refused}
+    key = table_keys()
+    at_hand = {} if scheduler else {key(table.case): table for table in tables}
+    place = Cluster(scheduler) if scheduler else Here(threads)
+    tasks = tasks_of(groups_of(members, missing, base), at_hand, place)
+    going: dict[Future[bytes], list[int]] = {}
     try:
         while True:
             for table, numbers in islice(tasks, max(0, AHEAD*place.threads() - len(going))):
@@ -215,23 +185,23 @@ def run_groups(members: Sequence[Member], groups: Iterable[Group], tables: Mappi
             for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
                 numbers = going.pop(future)
                 try:
-                    records = place.records(future)
+                    records = pickle.loads(future.result())
                 except Error as error:
                     records = [{"error": str(error)}]*len(numbers)
-                yield numbers, records
+                yield from zip(numbers, records, strict=True)
     except place.died as error:
         raise Error(f"ensemble: workers died again and again at the same task: {error}") from None
     finally:
         place.close()
 
 
-def tasks_of(groups: Iterable[Group], tables: Mapping[TableKey, ContactTable],
+def tasks_of(groups: Iterable[tuple[TableKey, Case, list[int]]], tables: Mapping[TableKey, ContactTable],
              place: Here | Cluster) -> Iterator[tuple[Any, list[int]]]:
-    """A table and the numbers of members that a task runs with it. A table that is not at hand is asked for with its first task."""
-    for group in groups:
-        table = tables.get(group.key) or (place.build(group.case) if group.case else None)
-        begun = 0
-        while begun < len(group.numbers):
-            end = begun + place.size(len(group.numbers) - begun)
-            yield table, group.numbers[begun:end]
-            begun = end
+    """A table and the numbers of members that a task runs with it: fewer at the end, so that all threads end together. A table
+    that is not at hand is asked for with its first task."""
+    for key, case, left in groups:
+        table = tables.get(key) or place.build(case)
+        while left:
+            size = max(1, min(place.most, len(left)//(AHEAD*place.threads())))
+            yield table, left[:size]
+            left = left[size:]
