@@ -20,7 +20,7 @@ from ..results.events import event_kinds
 from ..runs import Run, compute
 from ..table import ContactTable, bound_places
 
-Member = Case | str                 # one run of an ensemble, or why its values are refused
+Member = Case | str                 # a case before the core has checked its values, or why they are no values at all
 Record = dict[str, Any]             # what is kept of a run, by name; of one that failed its `error` alone
 TableKey = tuple[object, ...]       # equal for cases that share a contact table
 Coordinates = dict[str, tuple[str, np.ndarray, dict[str, str]]]
@@ -38,13 +38,13 @@ class Wanted(NamedTuple):
 
 def plan(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]], n: int | None, seed: int, draw: str,
          ) -> tuple[list[Member], dict[str, int], Coordinates]:
-    """The members; sizes of the dimensions; coordinates. Rows at equal intervals are common to all members."""
+    """The members; sizes of the dimensions; coordinates."""
     if not isinstance(case, Case):
         if over or n is not None:
             raise BadValue("ensemble: expected one case with `over` and n, found a list of cases")
         if not case:
             raise BadValue("ensemble: expected at least one case, found none")
-        return [each._with({"rows": "interval"}) for each in case], {"member": len(case)}, {}
+        return list(case), {"member": len(case)}, {}
     known = {name: variables()[k] for name, k in zip(over, find_variables(over), strict=True)}
     if n is None:
         points: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
@@ -57,7 +57,7 @@ def plan(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]], n: in
 
     def member(point: tuple[Value, ...]) -> Member:
         try:
-            return case.replace(dict(zip(over, point, strict=True)))._with({"rows": "interval"})
+            return case._with(dict(zip(over, point, strict=True)))
         except Error as error:
             return str(error)
 
@@ -131,29 +131,43 @@ def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
             for member in members]
 
 
-def groups_of(members: Sequence[Member], missing: Iterable[int], base: object) -> Iterator[tuple[TableKey, Case, list[int]]]:
-    """Members that share a contact table: its key, the case to build it for, and their numbers. A table file holds the table of
-    the first case that names it, `base` before all."""
+def groups_of(members: Sequence[Member], missing: Iterable[int], base: object,
+              ) -> Iterator[tuple[TableKey | None, Case | None, list[int]]]:
+    """Members that share a contact table: its key, the case to build it for, None if all are refused, and their numbers. A table
+    file holds the table of the first case that names it, `base` before all."""
     key = table_keys()
-    files = {base.table_file: key(base)} if isinstance(base, Case) else {}
-    found: dict[TableKey, tuple[Case, list[int]]] = {}
+    files: dict[str, TableKey | None] = {base.table_file: key(base)} if isinstance(base, Case) else {}
+    found: dict[TableKey | None, list[int]] = {}
     for number in missing:
-        if isinstance(case := members[number], Case):
-            found.setdefault(key(case), (case, []))[1].append(number)
-    for table, (case, numbers) in found.items():
-        yield table, case if files.setdefault(case.table_file, table) == table else case.replace(table_file=""), numbers
+        member = members[number]
+        found.setdefault(None if isinstance(member, str) else key(member), []).append(number)
+    for table, numbers in found.items():
+        case = next(filter(None, (accepted(members[number]) for number in numbers)), None)
+        if case and files.setdefault(case.table_file, table) != table:
+            case = case.replace(table_file="")
+        yield table, case, numbers
 
 
-def run_members(cases: Iterable[Any], table: ContactTable | None, wanted: Wanted,
-                progress: Progress | None = None) -> list[Record]:
-    """The records of cases of one table."""
-    def run(case: Case) -> Record:
+def accepted(member: Member) -> Case | None:
+    """The case of a member; None where its values are refused."""
+    with suppress(Error):
+        return None if isinstance(member, str) else member.replace()
+    return None
+
+
+def run_members(members: Iterable[Member], table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
+                files: Mapping[str, str] = {}) -> list[Record]:
+    """The records of members of one table. files: the profiles in this process, by variable."""
+    def run(member: Member) -> Record:
+        if isinstance(member, str):
+            return {"error": member}
         try:
-            return record(compute(case, progress, table), wanted)
+            # Rows at equal intervals are common to all members.
+            return record(compute(member.replace({**files, "rows": "interval"}), progress, table), wanted)
         except Error as error:
             return {"error": str(error)}
 
-    return [run(case) for case in cases]
+    return [run(member) for member in members]
 
 
 def record(done: Run, wanted: Wanted) -> Record:

@@ -55,7 +55,7 @@ class Here:
         """The table of a case, for `run`."""
         return self._pool.submit(ContactTable.quiet, case, self._tell)
 
-    def run(self, members: Sequence[Member], table: Future[ContactTable] | ContactTable, wanted: Wanted) -> Future[bytes]:
+    def run(self, members: Sequence[Member], table: Future[ContactTable] | ContactTable | None, wanted: Wanted) -> Future[bytes]:
         """The pickled records of members of one table; an Error where the table cannot be made."""
         def work() -> bytes:
             made = table.result() if isinstance(table, Future) else table
@@ -159,20 +159,17 @@ def load_there(files: Files) -> tuple[ContactTable, dict[str, str], tempfile.Tem
 def run_there(pickled: bytes, files: Files | None, wanted: Wanted) -> bytes:
     """Run members on this worker, pickled as their records are."""
     table, paths, _ = load_there(files) if files else (None, {}, None)
-    return pickle.dumps(run_members([case._with(paths) for case in pickle.loads(pickled)], table, wanted))
+    return pickle.dumps(run_members(pickle.loads(pickled), table, wanted, files=paths))
 
 
 def run_missing(members: Sequence[Member], missing: Sequence[int], base: object, tables: Iterable[ContactTable], wanted: Wanted,
                 scheduler: str | None, threads: int) -> Generator[tuple[int, Record]]:
-    """Numbers of members that are missing and their records, as they come; at first of those whose values are refused.
-
-    base: the case whose table file it is. No more tasks are handed in than keep the threads or the cluster busy.
-    """
-    for number in missing:
-        if isinstance(refused := members[number], str):
-            yield number, {"error": refused}
+    """Numbers of members that are missing and their records, as they come. No more tasks are handed in than keep the threads or
+    the cluster busy. base: the case whose table file it is."""
+    if not missing:
+        return
     key = table_keys()
-    at_hand = {} if scheduler else {key(table.case): table for table in tables}
+    at_hand: dict[TableKey | None, ContactTable] = {} if scheduler else {key(table.case): table for table in tables}
     place = Cluster(scheduler) if scheduler else Here(threads)
     tasks = tasks_of(groups_of(members, missing, base), at_hand, place)
     going: dict[Future[bytes], list[int]] = {}
@@ -195,12 +192,12 @@ def run_missing(members: Sequence[Member], missing: Sequence[int], base: object,
         place.close()
 
 
-def tasks_of(groups: Iterable[tuple[TableKey, Case, list[int]]], tables: Mapping[TableKey, ContactTable],
+def tasks_of(groups: Iterable[tuple[TableKey | None, Case | None, list[int]]], tables: Mapping[TableKey | None, ContactTable],
              place: Here | Cluster) -> Iterator[tuple[Any, list[int]]]:
     """A table and the numbers of members that a task runs with it: fewer at the end, so that all threads end together. A table
     that is not at hand is asked for with its first task."""
     for key, case, left in groups:
-        table = tables.get(key) or place.build(case)
+        table = tables.get(key) or (place.build(case) if case else None)
         while left:
             size = max(1, min(place.most, len(left)//(AHEAD*place.threads())))
             yield table, left[:size]
