@@ -12,12 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._core import _flat
-from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
+from ._core.calls import Handle, Progress, Shared, Units, check, descriptions, path_bytes, text, watched
 from ._core.errors import Error, Warning
 from ._core.files import DEFAULT_FOLDER, check_written, complete
-from ._core.notebook import html_table
-from ._core.units import Units
-from ._core.wording import counted
+from ._core.wording import counted, html_table
 from .case import Case, variables
 from .results.header import parse_header
 from .results.quantities import CONTACT_NAMES

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import _flat
-from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
+from ._core.calls import Handle, Progress, Shared, Units, check, descriptions, path_bytes, text, watched
 from ._core.errors import BadValue, Error, Warning
-from ._core.notebook import html_table
-from ._core.units import Units
+from ._core.wording import html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press

@@ -23,6 +23,7 @@ from ..table import ContactTable, bound_places
 Member = Case | str                 # a case before the core has checked its values, or why they are no values at all
 Record = dict[str, Any]             # what is kept of a run, by name; of one that failed its `error` alone
 TableKey = tuple[object, ...]       # equal for cases that share a contact table
+Group = tuple[TableKey | None, Case | None, list[int]]
 Coordinates = dict[str, tuple[str, np.ndarray, dict[str, str]]]
 
 OCCURRENCES = 5                     # of each kind of event that a run lists
@@ -131,8 +132,7 @@ def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
             for member in members]
 
 
-def groups_of(members: Sequence[Member], missing: Iterable[int], base: object,
-              ) -> Iterator[tuple[TableKey | None, Case | None, list[int]]]:
+def groups_of(members: Sequence[Member], missing: Iterable[int], base: object) -> Iterator[Group]:
     """Members that share a contact table: its key, the case to build it for, None if all are refused, and their numbers. A table
     file holds the table of the first case that names it, `base` before all."""
     key = table_keys()
@@ -155,19 +155,16 @@ def accepted(member: Member) -> Case | None:
     return None
 
 
-def run_members(members: Iterable[Member], table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
-                files: Mapping[str, str] = {}) -> list[Record]:
-    """The records of members of one table. files: the profiles in this process, by variable."""
-    def run(member: Member) -> Record:
-        if isinstance(member, str):
-            return {"error": member}
-        try:
-            # Rows at equal intervals are common to all members.
-            return record(compute(member.replace({**files, "rows": "interval"}), progress, table), wanted)
-        except Error as error:
-            return {"error": str(error)}
-
-    return [run(member) for member in members]
+def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
+               files: Mapping[str, str] = {}) -> Record:
+    """The record of a member. files: the profiles in this process, by variable."""
+    if isinstance(member, str):
+        return {"error": member}
+    try:
+        # Rows at equal intervals are common to all members.
+        return record(compute(member.replace({**files, "rows": "interval"}), progress, table), wanted)
+    except Error as error:
+        return {"error": str(error)}
 
 
 def record(done: Run, wanted: Wanted) -> Record:

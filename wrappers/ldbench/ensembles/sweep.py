@@ -14,8 +14,8 @@ from .._core.pools import usable_cores
 from ..case import Case, Value
 from ..table import ContactTable
 from .dataset import longest, to_dataset
-from .members import Wanted, check_wanted, keys_of, plan
-from .pools import run_missing
+from .members import Wanted, check_wanted, groups_of, keys_of, plan, table_keys
+from .pools import run_here, run_there
 from .store import open_records, write_store
 
 if TYPE_CHECKING:
@@ -61,7 +61,11 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     with open_records(Path(store)) if store else nullcontext[Any]({}) as records:
         missing = [number for number, key in enumerate(keys) if key not in records]
         done = len(members) - len(missing)
-        with (closing(run_missing(members, missing, case, tables, wanted, scheduler, threads or usable_cores())) as results,
+        groups = groups_of(members, missing, case)
+        key = table_keys()
+        going = (run_there(members, groups, wanted, scheduler) if scheduler and missing else
+                 run_here(members, groups, {key(table.case): table for table in tables}, wanted, threads or usable_cores()))
+        with (closing(going) as results,
               tqdm(desc="ensemble", total=len(members), initial=done, unit="run", delay=1, leave=False,
                    disable=None if progress is True else True) as bar):
             for number, record in results:

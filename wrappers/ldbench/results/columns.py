@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core.calls import descriptions
-from .._core.errors import Error, error_of
-from .._core.units import Units
+from .._core.calls import Units, descriptions
+from .._core.errors import Error
+from .._core.files import read_bytes, read_text
 from .quantities import GRAVITY
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -171,22 +171,6 @@ def read_own_columns(path: Path) -> pd.DataFrame:
     frame = pd.DataFrame(table, columns=heading)
     frame.attrs["units"] = Units((name, known[name]) for name in heading)
     return frame
-
-
-def read_text(path: Path) -> str:
-    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
-    try:
-        data = path.read_bytes()
-    except (OSError, ValueError):           # a name with a zero byte
-        raise error_of(f"{path}: cannot be opened for reading") from None
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = data.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = data.decode("latin-1")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
@@ -349,9 +333,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     else:
         import tomli as tomllib
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError:
-        raise error_of(f"{path}: cannot be opened for reading") from None
+        return tomllib.loads(read_bytes(path).decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
     except RecursionError:
