@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._core import _flat
-from ._core.calls import Handle, Progress, Shared, Units, check, descriptions, path_bytes, text, watched
+from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
 from ._core.errors import Error, Warning
 from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.wording import counted, html_table
@@ -173,7 +173,7 @@ class ComputedRun(Run):
         values = _flat.run_columns(self.handle, *_flat.run_size(self.handle))
         names, units = (line.split()[:len(values)] for line in descriptions()[:2])
         frame = pd.DataFrame(values.T, columns=names, copy=False)
-        frame.attrs["units"] = Units(zip(names, units, strict=True))
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
     def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:

@@ -33,13 +33,6 @@ def check(message: bytes, length: int, label: str = "") -> None:
         raise error_of(f"{label}{', ' if words.startswith('&') else ': '}{words}" if label else words)
 
 
-class Units(dict[str, str]):
-    """Units by column, for the `attrs` of a frame, which pandas copies in depth whenever a column is taken."""
-
-    def __deepcopy__(self, memo: object) -> Units:
-        return Units(self)
-
-
 @functools.cache
 def descriptions() -> list[str]:
     """Names and units of the columns, of the geometry columns, one line each; kinds of events; version."""

@@ -13,10 +13,8 @@ def counted(n: int, noun: str) -> str:
 def html_table(title: str, rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str:
     """Make an HTML table of texts; markup in the texts is escaped."""
     def row(cells: Sequence[str], tag: str) -> str:
-        first, *rest = (escape(str(cell)) for cell in cells)
-        return (f'<tr><{tag} style="text-align: left">{first}</{tag}>'
-                + "".join(f'<{tag} style="text-align: left">{cell}</{tag}>' for cell in rest) + "</tr>")
+        return "<tr>" + "".join(f'<{tag} style="text-align: left">{escape(str(cell))}</{tag}>' for cell in cells) + "</tr>"
 
-    return (f"<table><caption style=\"text-align: left\"><b>{escape(title)}</b></caption>"
+    return (f'<table><caption style="text-align: left"><b>{escape(title)}</b></caption>'
             + (f"<thead>{row(head, 'th')}</thead>" if head else "")
             + "<tbody>" + "".join(row(cells, "td") for cells in rows) + "</tbody></table>")

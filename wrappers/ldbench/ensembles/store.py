@@ -1,4 +1,5 @@
-"""An ensemble on disk: records in a database beside the store, which is written when all are there."""
+"""What an ensemble gives, an xarray Dataset, and on disk: records in a database beside the store, which is written when all are
+there."""
 from __future__ import annotations
 
 import json
@@ -6,26 +7,63 @@ import pickle
 import shutil
 import sqlite3
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._core.calls import descriptions
 from .._core.errors import Error
 from .._core.files import LOG, failing_as
 from .._core.kept import kept_in
 from .._core.optional import needed
-from .dataset import MARK, longest, to_dataset
-from .members import Coordinates, Record
+from ..results.events import event_kinds
+from ..results.quantities import si_unit
+from .members import EVENTS, OCCURRENCES, Coordinates, Record
 
 if TYPE_CHECKING:
     import xarray as xr
 
+MARK = {"made_by": "ldbench"}       # attributes of a Dataset, by which a store is known as ours
 HELD = 3e7              # members of a Dataset that are written at once, about [bytes]
 IN_MEMORY = 1e8         # a larger Dataset is left on disk [bytes]
 PAUSE = 0.1             # between looks whether another process has finished [s]
+
+
+def longest(records: Iterable[Record]) -> Record:
+    """The longest text or array of each name, or any number."""
+    found: Record = {}
+    for record in records:
+        for name, value in record.items():
+            if name not in found or (isinstance(value, str | np.ndarray) and len(value) > len(found[name])):
+                found[name] = value
+    return found
+
+
+def to_dataset(records: Sequence[Record], like: Record, dims: Mapping[str, int], coordinates: Coordinates) -> xr.Dataset:
+    """Members in the order of the dimensions. Arrays are as long as those of `like`: rows of columns are padded with NaN. What
+    failed has NaN, False and ''."""
+    of_columns = dict(zip(*(line.split() for line in descriptions()[:2]), strict=True))
+    if EVENTS[0] in like:
+        coordinates = coordinates | {"kind": ("kind", np.array(event_kinds()), {}),
+                                     "occurrence": ("occurrence", np.arange(1, OCCURRENCES + 1), {})}
+    data = {}
+    for name, value in like.items():
+        one = np.asarray(value)
+        blank = {"b": False, "U": ""}.get(one.dtype.kind, np.nan)
+        if one.ndim:
+            whole = np.full((len(records), *one.shape), blank)
+            for k, record in enumerate(records):
+                if name in record:
+                    whole[k, :len(record[name])] = record[name]
+        else:
+            whole = np.array([record.get(name, blank) for record in records], one.dtype)
+        inner = ("kind", "occurrence") if name in EVENTS else ("row",)*one.ndim
+        units = {"units": si_unit(name) or of_columns.get(name, "1")} if one.dtype.kind == "f" else {}
+        data[name] = (*dims, *inner), whole.reshape(*dims.values(), *one.shape), units
+    return needed("xarray", "ensemble").Dataset(data, coordinates, MARK)
 
 
 @contextmanager

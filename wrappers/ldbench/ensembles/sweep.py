@@ -13,10 +13,9 @@ from .._core.optional import needed
 from .._core.pools import usable_cores
 from ..case import Case, Value
 from ..table import ContactTable
-from .dataset import longest, to_dataset
 from .members import Wanted, check_wanted, groups_of, keys_of, plan, table_keys
 from .pools import run_here, run_there
-from .store import open_records, write_store
+from .store import longest, open_records, to_dataset, write_store
 
 if TYPE_CHECKING:
     import xarray as xr
