@@ -107,7 +107,8 @@ class ContactTable:
         A process builds one table at a time, whatever its threads. Every line of `warnings` is a `ldbench.Warning`.
         """
         self._make(Case.given(case), progress)
-        self._warn()
+        for words in self.warnings:
+            warnings.warn(words, Warning, stacklevel=2)
 
     @classmethod
     def quiet(cls, case: Case, progress: Progress | bool | None = None) -> ContactTable:
@@ -196,11 +197,6 @@ class ContactTable:
         """What the profiles and the table do not fulfil, in a line each."""
         lines = text(*_flat.prepared_warnings(self._handle)).splitlines()
         return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
-
-    def _warn(self) -> None:
-        """Warn at the line that calls the caller of this method."""
-        for words in self.warnings:
-            warnings.warn(words, Warning, stacklevel=3)
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:

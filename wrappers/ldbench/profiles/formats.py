@@ -374,20 +374,17 @@ def _vampire(name: str, lines: list[str], side: int | None) -> Raw:
                     f"found {shown}; correct the heading, or rename a file that is not of VAMPIRE")
     rows = [(i, _fields(re.split('["!%]', line, maxsplit=1)[0]), line) for i, line in given[4:]]
     rows = [row for row in rows if row[1]]
-    left, numbers, words = _take(name, rows, (0, 1))
+    points, numbers, words = _take(name, rows, (0, 1))
     both = bool(rows) and len(rows[0][1]) > 3
-    if both:
-        left *= [-1, 1]
-        right, _, right_words = _take(name, rows, (2, 3))
-        alike = bool(np.abs(left - right).max() < 1e-6)
-        if side is None and not alike:
-            raise Error(f"{name}: expected two sides alike, found sides up to {np.abs(left - right).max():.3g} mm apart; "
-                        "ask for the left with slice=1, the right with slice=2")
-    else:
-        left *= [-1 if left[:, 0].mean() < 0 else 1, 1]
+    points *= [-1 if both or points[:, 0].mean() < 0 else 1, 1]
     if side not in (None, 1, 2) or (side == 2 and not both):
         raise Error(f"{name}: expected slice=1, left, {'or 2, right, ' if both else ''}found slice={side}")
-    points, words = (right, right_words) if side == 2 else (left, words)
+    if both:
+        right, _, right_words = _take(name, rows, (2, 3))
+        if side is None and (apart := np.abs(points - right).max()) >= 1e-6:
+            raise Error(f"{name}: expected two sides alike, found sides up to {apart:.3g} mm apart; "
+                        "ask for the left with slice=1, the right with slice=2")
+        points, words = (right, right_words) if side == 2 else (points, words)
     notes = [f"{'right' if side == 2 else 'left'} side"] if both else []
     return Raw(points, numbers, "VAMPIRE", kind, 1.0, _value(heads[1][1])/2 if kind == "wheel" else None, _quantum(words), notes)
 

@@ -5,8 +5,7 @@ import csv
 import os
 import re
 import sys
-import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Real
@@ -257,24 +256,12 @@ def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarra
             cells.pop()
         if len(cells) != count:
             raise _wrong_row(path, k, lines, count)
-        rows[k] = " ".join(["nan" if not cell or cell.lower() in EMPTY else cell for cell in cells])
-    table = _numbers(rows.values(), mark)
-    if table.size != count*len(rows):
-        raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
-    return table.reshape(len(rows), count)
-
-
-def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
-    """The numbers of rows; none where there is something else."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)      # numpy's way of saying: not a number
-        text = _plain_number("\n".join(rows), separator)
-        for attempt in range(2):
-            try:
-                return np.fromstring(EXPONENT.sub("e", text) if attempt else text, sep=" ")
-            except (DeprecationWarning, ValueError):
-                continue
-        return np.empty(0)
+        row = " ".join(["nan" if not cell or cell.lower() in EMPTY else cell for cell in cells])
+        rows[k] = EXPONENT.sub("e", _plain_number(row, mark))
+    with suppress(ValueError):
+        return np.loadtxt(rows.values(), comments=None, ndmin=2)
+    wrong = (k for k, row in rows.items() if len(row.split()) != count or not all(_is_number(cell, " ") for cell in row.split()))
+    raise _wrong_row(path, next(wrong, layout.start), lines, count)
 
 
 def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:

@@ -10,14 +10,13 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._core.errors import UNREADABLE, Error, error_of
-from ..case import Value, variables
+from .._core.errors import UNREADABLE, Error, UnknownName, error_of
+from ..case import Value, find_variable, variables
 from .events import Event, count_name, event_kinds
 from .quantities import CONTACTS
 
@@ -187,16 +186,13 @@ def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:
     return float(value)
 
 
-@cache
-def kinds() -> dict[tuple[str, str], tuple[str, str]]:
-    """Names and kinds of the namelist's variables, by group and name in small letters."""
-    return {(variable.group, variable.name.lower()): (variable.name, variable.kind) for variable in variables()}
-
-
 def setting(group: str, name: str, value: Any) -> tuple[str, Value]:
     """A variable as the namelist calls it, and its text or number; one that this version does not know stays as it is."""
-    known, kind = kinds().get((group, name.lower()), (name, ""))
-    if kind == "text":
-        return known, str(value or "")
-    found = number({name: value}, name) if kind else value
-    return known, int(found) if kind == "integer" and found == int(found) else found
+    try:
+        variable = variables()[find_variable(f"{group}_{name}")]
+    except UnknownName:
+        return name, value
+    if variable.kind == "text":
+        return variable.name, str(value or "")
+    found = number({name: value}, name)
+    return variable.name, int(found) if variable.kind == "integer" and found == int(found) else found
