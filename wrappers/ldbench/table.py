@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import math
 import os
 import threading
 import warnings
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import _flat
+from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
 from ._core.errors import BadValue, Error, Warning
 from ._core.wording import counted, html_table
@@ -122,9 +123,9 @@ class ContactTable:
 
         def work(shared: Shared) -> None:
             with _table_file:
-                address, message, length = _flat.prepare_case(*case.arrays(), paths, *shared)
+                address, message, length = flat.prepare_case(*case.arrays(), paths, *shared)
             check(message, length, case.label)
-            self._own(case, Handle(_flat.free_prepared, address))
+            self._own(case, Handle(flat.free_prepared, address))
 
         watched(work, progress)
         log.info("%s: %r", case.label, self)
@@ -132,7 +133,7 @@ class ContactTable:
     def _own(self, case: Case, handle: Handle) -> None:
         self.case, self._handle = case, handle
         (self.clearance, self.clearance_right, self.equilibrium, self.equilibrium_roll, self.rigid_height, y, z, roll,
-         self.weight, self.seconds, found, *frequencies) = _flat.prepared_numbers(handle).tolist()
+         self.weight, self.seconds, found, *frequencies) = flat.prepared_numbers(handle).tolist()
         self.rest, self.frequencies, self.found = (y, z, roll), tuple(frequencies), bool(found)
         self.approach, self.load_per_wheel = self.rigid_height - self.equilibrium, self.weight/2
 
@@ -145,10 +146,10 @@ class ContactTable:
             if (ours := self.case.values[k]) != (theirs := case.values[k]):
                 raise Error(f"{case.label}, &{variables()[k].group} {variables()[k].name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
-        address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
+        address, message, length = flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)
         new = object.__new__(ContactTable)
-        new._own(case, Handle(_flat.free_prepared, address, self._handle))
+        new._own(case, Handle(flat.free_prepared, address, self._handle))
         return new
 
     def __copy__(self) -> ContactTable:
@@ -177,7 +178,7 @@ class ContactTable:
         return self._accuracy(2)
 
     def _accuracy(self, side: int) -> dict[str, Accuracy]:
-        numbers, _ = _flat.table_accuracy(self._handle, side)
+        numbers, _ = flat.table_accuracy(self._handle, side)
         return {place: Accuracy(int(poses), rms, largest)
                 for place, (poses, rms, largest) in zip(PLACES, numbers.T.tolist(), strict=True) if poses}
 
@@ -185,39 +186,39 @@ class ContactTable:
     def solutions(self) -> tuple[int, int, int]:
         """Half-space solutions in the left wheel's table, those that did not converge, and those that its error is
         measured by and did not converge."""
-        return tuple(_flat.table_accuracy(self._handle, 1)[1].tolist())
+        return tuple(flat.table_accuracy(self._handle, 1)[1].tolist())
 
     @property
     def solutions_right(self) -> tuple[int, int, int]:
         """Half-space solutions in the right wheel's table, as `solutions`."""
-        return tuple(_flat.table_accuracy(self._handle, 2)[1].tolist())
+        return tuple(flat.table_accuracy(self._handle, 2)[1].tolist())
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the profiles and the table do not fulfil, in a line each."""
-        lines = text(*_flat.prepared_warnings(self._handle)).splitlines()
+        lines = text(*flat.prepared_warnings(self._handle)).splitlines()
         return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:
         """Elastic energy, shape (...) [J]."""
-        return self._evaluate(_flat.potentials, (), (y, z, roll), outside, _number(wheel))
+        return self._evaluate((), (y, z, roll), outside, wheel)
 
     def force(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both", outside: Outside = "raise") -> np.ndarray:
         """Force of the rails on the wheels, shape (..., 3): F_y, F_z [N], moment M_x about the axle centre [N m].
 
         It is minus the gradient of `potential`.
         """
-        return self._evaluate(_flat.forces, (3,), (y, z, roll), outside, _number(wheel))
+        return self._evaluate((3,), (y, z, roll), outside, wheel)
 
     def tangent(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both", outside: Outside = "raise") -> np.ndarray:
         """Tangent stiffness, shape (..., 3, 3): second derivatives of `potential` in (y, z, roll) [N/m, N, N m]."""
-        hessian = self._evaluate(_flat.tangents, (6,), (y, z, roll), outside, _number(wheel))
+        hessian = self._evaluate((6,), (y, z, roll), outside, wheel)
         return hessian[..., [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
     def forces_by_contact(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, outside: Outside = "raise") -> np.ndarray:
         """`force` of each contact, shape (..., 4, 3): left tread, left flange, right tread, right flange."""
-        return self._evaluate(_flat.contact_forces, (4, 3), (y, z, roll), outside)
+        return self._evaluate((4, 3), (y, z, roll), outside)
 
     def pressure(self, y: float, z: float, roll: float, elements: int = ELEMENTS) -> list[Patch]:
         """Pressed patches of all contacts in one pose, solved anew for half-spaces, not from the table: pressure on a grid,
@@ -232,19 +233,18 @@ class ContactTable:
         loads = {name: load(name, *force[:2]) for name, force in zip(CONTACTS, forces, strict=True)}
         return press(self._handle, self.case, (y, z, roll), elements=elements, loads=loads)
 
-    def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],
-                  pose: tuple[ArrayLike, ...], outside: Outside, *wheel: int) -> np.ndarray:
-        """Call a procedure of the core for all poses at once; it gives values of `shape` for each."""
+    def _evaluate(self, shape: tuple[int, ...], pose: tuple[ArrayLike, ...], outside: Outside, wheel: Wheel = "both") -> np.ndarray:
+        """The values of this shape for each pose, which the core tells apart by their number."""
         if self.case.formulation != "elastic":
             raise Error(f"{self.case.label}, &contact formulation: expected 'elastic', which has a contact table, "
                         f"found {self.case.formulation!r}")
         if outside not in ("raise", "nan"):
             raise BadValue(f"expected outside='raise' or 'nan', found {outside!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in pose))
-        poses = [np.ascontiguousarray(x).ravel() for x in arrays]
-        if not poses[0].size:
+        y, z, roll = poses = [np.ascontiguousarray(x).ravel() for x in arrays]
+        if not y.size:
             return np.empty((*arrays[0].shape, *shape))
-        values, status = procedure(self._handle, *wheel, *poses)
+        values, status = flat.contact_values(self._handle, _number(wheel), math.prod(shape), y, z, roll)
         values = values.T               # the core has the pose last
         if status.any():
             if outside == "raise":
@@ -287,7 +287,7 @@ class ContactTable:
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
         """Write the geometry functions as the executable does for `&output geometry_file`."""
-        message, length = _flat.write_geometry_file(self._handle, path_bytes(path))
+        message, length = flat.write_geometry_file(self._handle, path_bytes(path))
         check(message, length, self.case.label)
 
     @property
@@ -356,9 +356,9 @@ def located(case: Case) -> bytes:
 
 def rigid_geometry(case: Case) -> Handle:
     """The profiles of a case in their places, without a contact table."""
-    address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    address, message, length = flat.prepare_rigid_case(*case.arrays(), located(case))
     check(message, length, case.label)
-    return Handle(_flat.free_prepared, address)
+    return Handle(flat.free_prepared, address)
 
 
 def profile_names(case: Case) -> str:
