@@ -17,7 +17,7 @@ from ._core import flat
 from ._core.calls import check, path_bytes, text, text_bytes
 from ._core.errors import BadType, BadValue, Error, MissingFile, UnknownName, unknown
 from ._core.files import DEFAULT_FOLDER, complete
-from ._core.notebook import html_table
+from ._core.wording import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd

@@ -15,9 +15,7 @@ from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
 from ._core.errors import Error, Warning
 from ._core.files import DEFAULT_FOLDER, check_written, complete
-from ._core.notebook import html_table
-from ._core.units import Units
-from ._core.wording import counted
+from ._core.wording import counted, html_table
 from .case import Case, variables
 from .results.header import parse_header
 from .results.quantities import CONTACT_NAMES
@@ -175,7 +173,7 @@ class ComputedRun(Run):
         values = flat.run_columns(self.handle, *flat.run_size(self.handle))
         names, units = (line.split()[:len(values)] for line in descriptions()[:2])
         frame = pd.DataFrame(values.T, columns=names, copy=False)
-        frame.attrs["units"] = Units(zip(names, units, strict=True))
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
     def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:

@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
 from ._core.errors import BadValue, Error, Warning
-from ._core.notebook import html_table
-from ._core.units import Units
+from ._core.wording import counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
@@ -109,7 +108,8 @@ class ContactTable:
         A process builds one table at a time, whatever its threads. Every line of `warnings` is a `ldbench.Warning`.
         """
         self._make(Case.given(case), progress)
-        self._warn()
+        for words in self.warnings:
+            warnings.warn(words, Warning, stacklevel=2)
 
     @classmethod
     def quiet(cls, case: Case, progress: Progress | bool | None = None) -> ContactTable:
@@ -199,11 +199,6 @@ class ContactTable:
         lines = text(*flat.prepared_warnings(self._handle)).splitlines()
         return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
 
-    def _warn(self) -> None:
-        """Warn at the line that calls the caller of this method."""
-        for words in self.warnings:
-            warnings.warn(words, Warning, stacklevel=3)
-
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:
         """Elastic energy, shape (...) [J]."""
@@ -287,7 +282,7 @@ class ContactTable:
         names, units = (line.split() for line in descriptions()[2:4])
         frame = pd.DataFrame(rows.T, columns=names)
         frame["Y"] = y
-        frame.attrs["units"] = Units(zip(names, units, strict=True))
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
@@ -295,27 +290,37 @@ class ContactTable:
         message, length = flat.write_geometry_file(self._handle, path_bytes(path))
         check(message, length, self.case.label)
 
-    def clearance_words(self, times: str) -> str:
+    @property
+    def clearance_words(self) -> str:
         """'2 x 10.180', or of either side [mm]."""
         left, right = 1e3*self.clearance, 1e3*self.clearance_right
-        return f"2 {times} {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+        return f"2 x {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+
+    def lines(self) -> list[str]:
+        """What there is to say of the rigid and the resting wheelset and of the table's error, line by line."""
+        case, stiffness, made = self.case, "", f"formulation {self.case.formulation}: rigid contacts, no contact table"
+        if case.formulation == "elastic":
+            stiffness = f", vertical stiffness {1e-6*self.tangent(0.0, self.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
+            made = (f"contact table: model {case.model}, {'found' if self.found else f'built in {self.seconds:.2f} s'}, "
+                    + (case.table_path() or "not kept in a file"))
+        sides = [("", self.accuracy), ("right ", self.accuracy_right)][:1 + (self.accuracy_right != self.accuracy)]
+        return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
+                f"equilibrium: axle {self.equilibrium:.6f} m above the rails, approach {1e3*self.approach:.4f} mm, "
+                f"{1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made,
+                *(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
+                  f"at {counted(error.poses, 'pose')}" for side, errors in sides for place, error in errors.items())]
 
     def __repr__(self) -> str:
         made = "from its file" if self.found else f"built in {self.seconds:.2f} s"
         elastic = self.case.formulation == "elastic"
         kind = f"{self.case.model}, {made}" if elastic else f"none, as contacts are {self.case.formulation}"
-        return f"ContactTable({profile_names(self.case)}: {kind}; clearance {self.clearance_words('x')} mm)"
+        return f"ContactTable({profile_names(self.case)}: {kind}; clearance {self.clearance_words} mm)"
 
     def _repr_html_(self) -> str:
         """What the table says of the rigid and the resting wheelset, for a notebook."""
-        case = self.case
-        return html_table(f"contact table, {case.model}", [
-            ("profiles", profile_names(case)), ("rigid-axle clearance", self.clearance_words("×") + " mm"),
-            ("axle at rest", f"{self.equilibrium:.6f} m above the rails"),
-            ("elastic approach at rest", f"{1e3*self.approach:.4f} mm"), ("load per wheel", f"{1e-3*self.load_per_wheel:.3f} kN"),
-            ("eigenfrequencies at rest", ", ".join(f"{f:.4f}" for f in self.frequencies) + " Hz"),
-            *((f"error, {place}", f"rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN)")
-              for place, error in self.accuracy.items()), ("file", case.table_path() or "not kept in a file")])
+        frequencies = f"eigenfrequencies at rest [Hz]: {', '.join(f'{f:.4f}' for f in self.frequencies)}"
+        return html_table(f"contact table, {self.case.model}",
+                          [tuple(line.split(": ", 1)) for line in (*self.lines(), frequencies)])
 
 
 def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:

@@ -46,11 +46,7 @@ MEASURES = {
 
 
 class ProfileData:
-    """A wheel or a rail from a file of any known format, or from points; `ldbench.Profile` adds its picture.
-
-    y goes to the field side, from a wheel's back, z up. What the executable reads as it is stays as it is; anything else is
-    turned over, mended where points repeat, lie off the curve or double back, and smoothed by its noise.
-    """
+    """`ldbench.Profile` without its picture."""
 
     path: str                   # '' for points
     kind: str                   # 'wheel' or 'rail'
