@@ -12,7 +12,7 @@ from ..plots.stretches import rows_between, thin
 from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged, table_page
 from ..results.quantities import DEG, GROUPS, KN, significant
-from ..viewer.show import law
+from ..viewer.page import law
 from .differences import Comparison, Pairing, difference_table, event_table, paired_impacts
 
 PANELS = 4              # quantities on a page

@@ -31,13 +31,15 @@ class Picture:
 
     def __init__(self, runs: Sequence[RunData], start: float, end: float, speed: float | None,
                  case: Case | None) -> None:
-        check_number(runs)
+        if len(runs) > len(SERIES):
+            raise Error(f"{runs[len(SERIES)].file}: expected at most {len(SERIES)} runs, found {len(runs)}; a page holds more")
         assumed = assumed_profiles(runs, case)
         self.actors = [Actor(run, line, assumed) for run, line in zip(runs, SERIES, strict=False)]
         self.several = len(self.actors) > 1
         self.start, self.end = start, end
         self.figure = Figure(figsize=INCHES, dpi=DPI)
         self.canvas = FigureCanvasAgg(self.figure)
+        self.scale, self.unit = (1e3, "ms") if end - start < 1 else (1.0, "s")      # of time in the charts
         self.speed = "" if speed is None else f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
         self.draw_title()
         n = len(self.actors)
@@ -52,67 +54,57 @@ class Picture:
         self.clock_font = font("DejaVu Sans Mono", 13)
         self.value_font = font("DejaVu Sans", 9 if n == 1 else 8 if n < 5 else 7)
         self.charts: dict[str, Axes] = {}
-        self.cursors = self.draw_charts()
-        for cursor in self.cursors:
-            cursor.set_animated(True)
+        self.draw_charts()
+        self.cursors = [ax.axvline(color=GREY, linewidth=1.0, animated=True) for ax in dict.fromkeys(self.charts.values())]
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)   # what does not move is drawn once
 
     def draw_title(self) -> None:
         """Write the heading of one run, or name and look of each of several."""
         if not self.several:
-            self.figure.text(0.02, 0.975, plain(self.actors[0].run.heading), fontsize=13, weight="bold", va="top")
+            self.figure.text(LEFT, 0.975, plain(self.actors[0].run.heading), fontsize=13, weight="bold", va="top")
             return
         few = len(self.actors) < 3
         samples = [Line2D([], [], **actor.line.kwargs()) for actor in self.actors]
-        labels = [plain(label(actor.run)) for actor in self.actors]
-        self.figure.legend(samples, labels, loc="upper left", bbox_to_anchor=(0.012, 0.99), ncols=2 if few else 3,
-                           fontsize=11 if few else 8, handlelength=2.6, borderaxespad=0.0)
+        labels = [run.name if run.heading == run.name else f"{run.name}: {run.heading}" for run in (a.run for a in self.actors)]
+        self.figure.legend(samples, [plain(clipped(words, 42)) for words in labels], loc="upper left",
+                           bbox_to_anchor=(0.012, 0.99), ncols=2 if few else 3, fontsize=11 if few else 8, handlelength=2.6,
+                           borderaxespad=0.0)
 
-    def draw_charts(self) -> list[Line2D]:
-        """Displacement and normal forces over the time of the film; returns the cursors.
+    def draw_charts(self) -> None:
+        """Draw displacement and normal forces over the time of the film.
 
         One run has a panel for the flanges and one for the treads, several runs have a panel for each contact that closes.
         """
         panels: list[tuple[str, ...]] = ([("Y",), ("N_LF",), ("N_RF",), ("N_LT",), ("N_RT",)] if self.several else
-                  [("Y",), ("N_LF", "N_RF"), ("N_LT", "N_RT")])
-        panels = [columns for columns in panels if any(np.any(actor.columns[c][actor.rows(self.start, self.end)])
-                                                       for c in columns for actor in self.actors if c in actor.columns)]
+                                         [("Y",), ("N_LF", "N_RF"), ("N_LT", "N_RT")])
+        panels = [columns for columns in panels if any(actor.part(c, self.start, self.end).any()
+                                                       for c in columns for actor in self.actors)]
         count, gap = max(len(panels), 3), 0.05 if self.several else 0.065
         height = (0.9 - 0.075 + gap)/count - gap
-        cursors = []
         for k, columns in enumerate(panels):
             ax = self.figure.add_axes((CHARTS[0], 0.9 - height - k*(height + gap), CHARTS[1], height))
-            cursors.append(self.draw_chart(ax, columns))
+            ax.set_xlim(self.scale*self.start, self.scale*self.end)
+            self.draw_chart(ax, columns)
             if k < len(panels) - 1:
                 ax.tick_params(labelbottom=False)
             else:
-                ax.set_xlabel("time [ms]" if self.milliseconds else "time [s]")
-        return cursors
+                ax.set_xlabel(f"time [{self.unit}]")
 
-    @property
-    def milliseconds(self) -> bool:
-        """Whether the charts have times in milliseconds."""
-        return self.end - self.start < 1
-
-    def draw_chart(self, ax: Axes, columns: Sequence[str]) -> Line2D:
-        """Draw columns of all runs over the time of the film; returns the cursor."""
-        scale = 1e3 if self.milliseconds else 1.0
+    def draw_chart(self, ax: Axes, columns: Sequence[str]) -> None:
+        """Draw columns of all runs."""
         for actor in self.actors:
             for column in (c for c in columns if c in actor.columns):
                 known = quantity(column)
                 line = actor.line if self.several else CONTACT_LINES.get(column.rpartition("_")[2], SERIES[0])
-                rows = actor.rows(self.start, self.end)
-                ax.plot(scale*actor.time[rows], known.scale*actor.columns[column][rows], label=plain(known.words), **line.kwargs())
-        shown = [quantity(c) for c in columns if any(c in actor.columns for actor in self.actors)]
-        ax.set_xlim(scale*self.start, scale*self.end)
+                t, x = (actor.part(name, self.start, self.end) for name in ("time", column))
+                ax.plot(self.scale*t, known.scale*x, label=plain(known.words), **line.kwargs())
         if len(columns) > 1:
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, fontsize=8)
-            ax.set_ylabel(plain(f"[{shown[0].unit}]"))
+            ax.set_ylabel(plain(f"[{known.unit}]"))
         else:
-            ax.set_title(plain(shown[0].label), loc="left", fontsize=8, pad=2)
+            ax.set_title(plain(known.label), loc="left", fontsize=8, pad=2)
         self.charts |= dict.fromkeys(columns, ax)
-        return ax.axvline(scale*self.start, color=GREY, linewidth=1.0)
 
     def frame(self, t: float) -> Frame:
         """The picture at time t [s], (height, width, 3) bytes."""
@@ -121,7 +113,7 @@ class Picture:
             for artist in scene.move(t):
                 scene.ax.draw_artist(artist)
         for cursor in self.cursors:
-            cursor.set_xdata([1e3*t if self.milliseconds else t]*2)
+            cursor.set_xdata([self.scale*t]*2)
             cursor.axes.draw_artist(cursor)
         size = self.canvas.get_width_height()
         image = Image.frombuffer("RGBA", size, self.canvas.buffer_rgba(), "raw", "RGBA", 0, 1).convert("RGB")
@@ -131,15 +123,12 @@ class Picture:
         return np.array(image)
 
     def words(self, t: float) -> Iterator[tuple[tuple[float, float], str, ImageFont.FreeTypeFont, str]]:
-        """All texts that change: place in the figure, words, font and anchor.
-
-        They are drawn with Pillow, in a tenth of the time that matplotlib takes.
-        """
+        """All texts that change: place in the figure, words, font and anchor. Pillow draws them in a tenth of the time that
+        matplotlib takes."""
         yield (0.985, 0.975), f"{1e3*t:10.3f} ms   {self.speed}".rstrip(), self.clock_font, "ra"
         for k, actor in enumerate(self.actors):
             name = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
-            middle = (LEFT + RIGHT + WIDTH)/2
-            yield (middle, 1 - self.header - k*self.pitch), name + actor.pose_words(t), self.value_font, "ma"
+            yield (LEFT, 1 - self.header - k*self.pitch), name + actor.pose_words(t), self.value_font, "la"
             for side, left in ("left", LEFT), ("right", RIGHT):
                 place = left + WIDTH/2, (len(self.actors) - k)*self.pitch + 0.015
                 yield place, name + actor.force_words(side, t), self.value_font, "ma"
@@ -150,17 +139,6 @@ def clipped(words: str, length: int) -> str:
     return words if len(words) <= length else words[:length - 1] + "…"
 
 
-def label(run: RunData) -> str:
-    """Name and heading of a run, for a legend."""
-    return clipped(run.name if run.heading == run.name else f"{run.name}: {run.heading}", 42)
-
-
 def font(family: str, points: float) -> ImageFont.FreeTypeFont:
     """A font that comes with matplotlib, of a size in points."""
     return ImageFont.truetype(findfont(FontProperties(family=family)), points*DPI/72)
-
-
-def check_number(runs: Sequence[RunData]) -> None:
-    """Raise Error where there are more runs than looks."""
-    if len(runs) > len(SERIES):
-        raise Error(f"{runs[len(SERIES)].file}: expected at most {len(SERIES)} runs, found {len(runs)}; a page holds more")

@@ -61,19 +61,16 @@ def beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
 
 def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
     """Time [s] of the number of the summary that is called `key`; None for a number of no moment."""
+    what, _, end = key.rpartition("_")
     if key.startswith("t_"):
-        return float(row[key])
+        return row[key]
     if key == "F_derailment":
-        return float(row["t_derailment"])
-    if key.startswith("peak_N_"):
-        t = row[f"t_peak_{key.removeprefix('peak_N_')}"]
-        return None if t is None or not np.isfinite(t) else float(t)
-    if key.startswith(("pmax_", "patch_")):
-        return row[f"t_pmax_{key.rpartition('_')[2]}"]
+        return row["t_derailment"]
+    if what in ("peak_N", "pmax", "patch"):
+        return row[f"{'t_peak' if what == 'peak_N' else 't_pmax'}_{end}"]
     if key == "drift":
-        return float(run.time[int(np.nanargmax(np.abs(run.values("E_drift"))))])
-    quantity, _, end = key.rpartition("_")
-    if end in ("min", "max") and quantity in ("Y", "Z", "roll"):
-        x = run.values(quantity)
-        return float(run.time[int(np.nanargmin(x) if end == "min" else np.nanargmax(x))])
+        return run.time[np.nanargmax(np.abs(run.values("E_drift")))]
+    if end in ("min", "max") and what in ("Y", "Z", "roll"):
+        x = run.values(what)
+        return run.time[np.nanargmin(x) if end == "min" else np.nanargmax(x)]
     return None
