@@ -32,9 +32,9 @@ from .pack import CELLS, pack
 from .shapes import outline_entry, pressure_entries
 
 FOLDER = Path(__file__).resolve().parent/"static"
-SCRIPTS = ("decode.js", "series.js", "derived.js", "parts.js", "labels.js", "views.js", "scene.js", "pressure.js", "axes.js",
-           "chart.js", "curve.js", "export.js", "hover.js", "picker.js", "panel.js", "values.js", "events.js", "runs.js",
-           "overview.js", "player.js", "address.js", "keys.js", "page.js")
+SCRIPTS = [f"{name}.js" for name in (
+    "decode series derived parts labels views scene pressure axes chart export hover picker panel values events runs player "
+    "address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 
 

@@ -21,11 +21,10 @@ class Pressure {
 
   // Draw patches beside each other, as many in a row as there is room for.
   paint(patches, most) {
-    const {width, height} = PATCH, ratio = Math.min(window.devicePixelRatio || 1, 2), {canvas, colour} = this;
+    const {width, height} = PATCH, {canvas, colour} = this;
     const across = Math.min(most, patches.length), rows = Math.ceil(patches.length / across);
-    [canvas.width, canvas.height] = [ratio * width * across, ratio * height * rows].map(Math.round);
     [canvas.style.width, canvas.style.height] = [`${width * across}px`, `${height * rows}px`];
-    const g = canvas.getContext("2d");
+    const {g} = prepare(canvas, width * across, height * rows);
     g.font = "11px system-ui, sans-serif";
     g.textAlign = "center";
     const words = patches.map(patch => `${patch.c} ${(patch.pmax / 1e6).toFixed(0)} MPa, ${(patch.area * 1e6).toFixed(0)} mm²`);
@@ -33,7 +32,8 @@ class Pressure {
     const largest = Math.max(...patches.flatMap(patch => [2 * patch.x, patch.s])), scale = 60 / largest;
     patches.forEach((patch, k) => {
       const middle = width / 2, n = patch.p.length, step = patch.s / n;
-      g.setTransform(ratio, 0, 0, ratio, ratio * width * (k % across), ratio * height * Math.floor(k / across));
+      g.save();
+      g.translate(width * (k % across), height * Math.floor(k / across));
       g.fillStyle = colour.of("ink");
       g.fillText(words[k], middle, 12);
       // The patch from above: rolling direction up, the profile across.
@@ -57,6 +57,7 @@ class Pressure {
       const size = roundBelow(largest / 2);
       g.fillRect(middle - scale * size / 2, 113, scale * size, 1.5);
       g.fillText(`${+(1e3 * size).toPrecision(1)} mm along the profile`, middle, 125);
+      g.restore();
     });
   }
 }
