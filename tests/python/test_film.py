@@ -10,7 +10,7 @@ from invented import altered
 from ldbench import Case
 from ldbench.plots.style import SERIES, ldbench_style
 from ldbench.results.run_data import RunData
-from ldbench.viewer.picture import Picture
+from ldbench.viewer.film import Picture
 
 
 def case(pair: str = "aw", **changes: float) -> Case:

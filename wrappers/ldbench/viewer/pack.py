@@ -19,7 +19,8 @@ import numpy as np
 
 EVERY_ROW = "Y", "Z", "roll", "N_LT", "N_LF", "N_RT", "N_RF"       # of these columns a long run keeps every row
 PEAKS = "N_LT", "N_LF", "N_RT", "N_RF"                             # and the rows of the largest values of these
-CELLS = 600_000             # numbers of a run that is kept whole
+CELLS = 600_000             # numbers of a run that is kept whole,
+CELLS_BESIDE = 100_000      # and of one that is there for comparison
 BINS = 8192                 # of a band
 LEVELS = 2**14 - 2          # of a band, from the least to the largest value of a column
 FINE_LEVELS = 2**16 - 2     # of a column that is kept for every row
@@ -100,8 +101,7 @@ def scaled(x: np.ndarray, e: np.ndarray) -> np.ndarray:
 
 def value_of(m: np.ndarray, e: np.ndarray) -> np.ndarray:
     """m 10^e as the page computes it: powers of ten up to 22 are exact, numbers with larger ones are read as text."""
-    power = POWERS[np.abs(np.where(e >= ZERO, 0, e))]
-    values = np.where(e == EMPTY, np.nan, np.where(e < 0, m/power, m*power))
+    values = np.where(e == EMPTY, np.nan, scaled(m, -np.where(e >= ZERO, 0, e)))
     for k in np.flatnonzero((np.abs(e) > 22) & (e < ZERO)):
         values[k] = float(f"{int(m[k])}e{int(e[k])}")
     return values

@@ -12,7 +12,7 @@ import json
 import re
 import zlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -23,19 +23,22 @@ import numpy as np
 from .._core.errors import BadType, Error
 from .._core.files import complete
 from ..case import Case
-from ..geometry.outlines import run_outlines
+from ..geometry.outlines import Outlines, Side, run_outlines
+from ..geometry.pressures import known_patches
+from ..pressure import Patch, reach
 from ..results.derived import SIDES, lateral_over_vertical
 from ..results.events import event_kinds
 from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity
 from ..results.run_data import RunData, read_data
-from .pack import CELLS, pack
-from .shapes import outline_entry, pressure_entries
+from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
     "decode series derived parts labels views scene pressure axes chart export hover picker panel values events runs player "
     "address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
+FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
+LEVELS = 99                 # of a pressure and of half a width, from 0 to the largest
 
 
 @dataclass(frozen=True)
@@ -69,18 +72,11 @@ def view(*runs: RunData | str | PathLike[str], title: str = "", case: Case | Non
 
 def distinct(runs: Sequence[RunData]) -> list[RunData]:
     """Give runs of the same name different names: by contact law or formulation, by file, or by number."""
-    def apart(names: list[str]) -> bool:
-        return len(set(names)) == len(names)
-
-    names = [run.name for run in runs]
-    if apart(names):
-        return list(runs)
-    laws = [f"{run.name} {law(run) or run.file.name}" for run in runs]
-    files = [f"{run.name} {run.file.name}" for run in runs]
-    paths = [str(run.file) for run in runs]
-    numbered = [f"{name} ({k})" for k, name in enumerate(names, 1)]
-    chosen = next(words for words in (laws, files, paths, numbered) if apart(words))
-    return [run.named(name) for run, name in zip(runs, chosen, strict=True)]
+    choices = [[run.name for run in runs], [f"{run.name} {law(run) or run.file.name}" for run in runs],
+               [f"{run.name} {run.file.name}" for run in runs], [str(run.file) for run in runs],
+               [f"{run.name} ({k})" for k, run in enumerate(runs, 1)]]
+    chosen = next(names for names in choices if len(set(names)) == len(names))
+    return [run if run.name == name else run.named(name) for run, name in zip(runs, chosen, strict=True)]
 
 
 def law(run: RunData) -> str:
@@ -89,22 +85,22 @@ def law(run: RunData) -> str:
 
 
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
-              summary: Sequence[Mapping[str, object]] = (), cells: Mapping[str, int] | None = None,
-              patches: Sequence[str] = CONTACTS, note: str = "") -> Page:
+              summary: Sequence[Mapping[str, object]] = (), note: str = "", beside: Collection[RunData] = (),
+              patches: Sequence[str] = CONTACTS) -> Page:
     """The page of some runs.
 
     case: whose profiles stand for those of runs without our header, see `assumed_profiles`. shown: how many runs are shown at
     first; the others are one click away. summary: lines of a table, each with its `words` and `cells`, see `results.cell`; note:
-    words about them. cells: of some runs, how many numbers are kept whole. patches: contacts at whose largest forces pressed
-    patches are shown, of runs that are not in `cells`.
+    words about them. beside: runs that are there for comparison, with fewer rows. patches: contacts at whose largest forces the
+    other runs show pressed patches.
     """
-    assumed, cells = assumed_profiles(runs, case), cells or {}
+    assumed = assumed_profiles(runs, case)
     shapes: list[dict[str, Any]] = []
     entries: list[dict[str, Any]] = []
     bodies: list[str] = []
     for run in runs:
-        entry, body = run_entry(run, assumed, shapes, cells.get(run.name, CELLS))
-        entry["pressure"] = [] if run.name in cells else pressure_entries(run, patches)
+        entry, body = run_entry(run, assumed, shapes, CELLS_BESIDE if run in beside else CELLS)
+        entry["pressure"] = [] if run in beside else pressure_entries(run, patches)
         entry["shown"] = shown is None or len(entries) < shown
         entries.append(entry)
         bodies.append(base64.b64encode(body).decode())
@@ -193,12 +189,54 @@ def unlisted(run: RunData) -> dict[str, int]:
 
 def namelist_text(run: RunData) -> str:
     """The namelist of a run, for reading; '' in another code's file."""
-    if not run.header.settings:
-        return ""
     try:
         return run.case.to_namelist()
-    except Error:               # a header that was changed
+    except Error:               # no header, or one that was changed
         return ""
+
+
+def outline_entry(outlines: Outlines) -> dict[str, Any]:
+    """Outlines for the page; sides that are mirror images stand there once."""
+    left, right = (side_entry(side) for side, _ in outlines.sides)
+    return {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
+
+
+def side_entry(side: Side) -> dict[str, list[float]]:
+    """Wheel and rail, and the faces between which there is a gap, where they are steep: the flange's outer side, and the rail's
+    side from below its gauge corner up to the top; each from below, Y and Z in turns [m]."""
+    by_y = side.wheel[np.argsort(side.wheel[:, 0], kind="stable")]
+    top = int(np.argmax(side.rail[:, 1]))
+    inner = side.rail[:top + 1] if side.rail[0, 0] < side.rail[-1, 0] else side.rail[top:]
+    faces = {"wheel": side.wheel, "rail": side.rail, "flank": steep(by_y[int(np.argmin(by_y[:, 1])):]),
+             "gauge": steep(inner[np.argsort(inner[:, 1], kind="stable")])}
+    return {name: points.ravel().round(7).tolist() for name, points in faces.items()}
+
+
+def steep(points: np.ndarray) -> np.ndarray:
+    """The connected stretch that begins with the first steep piece."""
+    d = np.diff(points, axis=0)
+    pieces = np.flatnonzero(np.arctan2(d[:, 1], np.abs(d[:, 0])) > FLANK)
+    return points[pieces[0]:pieces[-1] + 2] if pieces.size else points[:0]
+
+
+def pressure_entries(run: RunData, contacts: Sequence[str]) -> list[dict[str, Any]]:
+    """The patches that are known at the largest normal force of each of some contacts and at the peak of the first contact of
+    each flange, in order of time."""
+    rows = {one.top for contact in ("LF", "RF") if (one := run.first_interval(contact))}
+    rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in contacts if (peak := run.peak(contact))}
+    return [{"t": float(run.time[k]), "patches": [patch_entry(patch) for patch in patches]} for k in sorted(rows)
+            if (patches := known_patches(run, k))]
+
+
+def patch_entry(patch: Patch) -> dict[str, Any]:
+    """A patch for the page; lengths x in rolling direction (half) and s along the profile [m]."""
+    half = patch.p[len(patch.x)//2:]                        # from the middle of the patch in rolling direction
+    widths = np.minimum([reach(column)/len(half) for column in half.T], 1)
+    dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
+    middle = half[0]/max(patch.largest, half.max())
+    return {"c": patch.contact, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
+            "x": float(f"{len(half)*dx:.4g}"), "s": float(f"{len(patch.s)*ds:.4g}"),
+            "p": np.rint(LEVELS*middle).astype(int).tolist(), "w": np.rint(LEVELS*widths).astype(int).tolist()}
 
 
 def number(x: float | None) -> float | None:
@@ -211,18 +249,14 @@ def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str], templat
     """Fill the template of a page, beside which its style lies, with scripts and data."""
     looks = template.with_suffix(".css").read_text(encoding="utf-8")
     script = "(() => {\n\"use strict\";\n" + "".join(path.read_text(encoding="utf-8") for path in scripts) + "})();\n"
-    policy = (f"default-src 'none'; script-src '{content_hash(script)}'; style-src '{content_hash(looks)}'; "
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (script, looks)]
+    policy = (f"default-src 'none'; script-src 'sha256-{hashes[0]}'; style-src 'sha256-{hashes[1]}'; "
               "img-src data:; base-uri 'none'; form-action 'none'")
     data = [f'<script type="text/plain" id="facts">{packed_json(facts)}</script>']
     data += [f'<script type="text/plain" id="run{k}">{body}</script>' for k, body in enumerate(bodies)]
     pieces = {"policy": html.escape(policy, quote=False), "title": html.escape(title), "style": looks,
               "data": "\n".join(data), "script": script}
     return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template.read_text(encoding="utf-8"))
-
-
-def content_hash(text: str) -> str:
-    """The hash of a text as the page's policy names it."""
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def packed_json(facts: Mapping[str, object]) -> str:

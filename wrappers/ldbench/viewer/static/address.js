@@ -1,55 +1,36 @@
 // The state of the page in its address, so that a link opens what one sees.
 
-// A box to tick, and a menu of numbers: what an address says of them where they are not as at first, and how it sets them.
-function tick(id) {
-  return {say: () => get(id).checked !== get(id).defaultChecked && String(Number(get(id).checked)), take(page, words) {
-    get(id).checked = words !== "0";
-    get(id).onchange();
-  }};
-}
+// What an address says of a box to tick or of a menu where it is not as at first, and what sets it.
+const tick = id => [() => get(id).checked !== get(id).defaultChecked && String(Number(get(id).checked)), (page, words) => {
+  get(id).checked = words !== "0";
+  get(id).onchange();
+}];
+const factor = id => [() => get(id).value !== "1" && get(id).value, (page, words) => {
+  if (!EXAGGERATIONS.includes(Number(words))) return;
+  get(id).value = words;
+  get(id).onchange();
+}];
 
-function factor(what) {
-  return {say: () => get("exaggerate-" + what).value !== "1" && get("exaggerate-" + what).value, take(page, words) {
-    if (!EXAGGERATIONS.includes(Number(words))) return;
-    get("exaggerate-" + what).value = words;
-    get("exaggerate-" + what).onchange();
-  }};
-}
-
-// The state of the page besides time, runs, view and charts. Words that make no sense are passed over.
+// The state of the page besides time, runs, view and charts: what an address says of it, and what is done then. Words that make
+// no sense are passed over.
 const STATE = {
   align: tick("align"),
-  w: {
-    say({window: [from, to], start, end}) { return (from > start || to < end) && `${+from.toPrecision(10)},${+to.toPrecision(10)}`; },
-    take(page, words) {
-      const [from, to] = numbers(words, 2) ?? [];
-      if (to > from) page.setWindow(from, to - from);
-    },
-  },
-  mark: {
-    say({mark}) { return mark !== null && String(+mark.toPrecision(9)); },
-    take(page, words) { if (numbers(words, 1)) page.setMark(Number(words)); },
-  },
-  displacement: factor("displacement"), roll: factor("roll"), gap: factor("gap"),
+  w: [({window: [from, to], start, end}) => (from > start || to < end) && [from, to].map(t => +t.toPrecision(10)).join(","),
+      (page, words) => {
+        const [from, to] = numbers(words, 2) ?? [];
+        if (to > from) page.setWindow(from, to - from);
+      }],
+  mark: [({mark}) => mark !== null && String(+mark.toPrecision(9)),
+         (page, words) => { if (numbers(words, 1)) page.setMark(Number(words)); }],
+  displacement: factor("exaggerate-displacement"), roll: factor("exaggerate-roll"), gap: factor("exaggerate-gap"),
   follow: tick("follow"), arrows: tick("arrows"), normals: tick("normals"), digits: tick("digits"),
-  cam: {
-    say({scene: {moved, camera: {y, z, width, height, zoom}}}) {
-      return moved && [y, z, width / zoom, height / zoom].map(v => +v.toPrecision(6)).join(",");
-    },
-    take(page, words) {
-      const camera = numbers(words, 4);
-      if (camera?.[2] > 0 && camera[3] > 0) page.scene.set(camera);
-      page.redrawScene();
-    },
-  },
-  loop: {
-    say({player}) { return player.looping && "1"; },
-    take(page, words) { page.player.loop(words !== "0"); },
-  },
-  speed: {
-    say({player}) { return player.chosen && String(player.speed); },
-    take(page, words) { page.player.choose(Number(words)); },
-  },
+  cam: [({scene: {moved, camera: {y, z, width, height}}}) => moved && [y, z, width, height].map(v => +v.toPrecision(6)).join(","),
+        (page, words) => {
+          const [y, z, width, height] = numbers(words, 4) ?? [];
+          if (width > 0 && height > 0) page.show({y, z, width, height});
+        }],
+  loop: [({player}) => player.looping && "1", ({player}, words) => player.loop(words !== "0")],
+  speed: [({player}) => player.chosen && String(player.speed), ({player}, words) => player.choose(Number(words))],
 };
 
 class Address {
@@ -81,10 +62,10 @@ class Address {
       page.shown = wanted;
       await page.showRuns();
     }
-    if (Object.hasOwn(VIEWS, link.get("view"))) page.look(link.get("view"));
+    if (VIEWS.includes(link.get("view"))) page.look(link.get("view"));
     const charts = link.getAll("c").map(chartOf).filter(Boolean);
     if (charts.length) page.replaceCharts(charts);
-    for (const [key, {take}] of Object.entries(STATE)) if (link.has(key)) take(page, link.get(key));
+    for (const [key, [, take]] of Object.entries(STATE)) if (link.has(key)) take(page, link.get(key));
     if (Number.isFinite(t) && Math.abs(t - page.t) > 1e-12) {
       page.pause();
       page.go(t);
@@ -96,7 +77,7 @@ class Address {
     const {page} = this, more = new URLSearchParams();
     const asAtFirst = page.facts.runs.every((run, k) => run.shown === page.shown[k]);
     const names = asAtFirst && page.shown.every(Boolean) ? [] : page.runs.map(run => run.name);
-    for (const [key, {say}] of Object.entries(STATE)) {
+    for (const [key, [say]] of Object.entries(STATE)) {
       const words = say(page);
       if (words) more.set(key, words);
     }

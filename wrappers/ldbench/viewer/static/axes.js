@@ -3,15 +3,10 @@
 const MARGIN = {left: 62, right: 12, top: 8, bottom: 22};
 
 // A vertical scale: value to pixel and back. A logarithmic one shows magnitudes.
-function linearScale(low, high, top, bottom) {
-  const px = (bottom - top) / (high - low);
-  return {low, high, log: false, y: v => bottom - px * (v - low), value: y => low + (bottom - y) / px};
-}
-
-function logScale(low, high, top, bottom) {
-  const a = Math.log10(low), px = (bottom - top) / (Math.log10(high) - a);
-  return {low, high, log: true, y: v => bottom - px * (Math.log10(Math.abs(v)) - a),
-          value: y => 10 ** (a + (bottom - y) / px)};
+function verticalScale(low, high, log, {top, bottom}) {
+  const there = log ? v => Math.log10(Math.abs(v)) : v => v, back = log ? v => 10 ** v : v => v;
+  const start = there(low), px = (bottom - top) / (there(high) - start);
+  return {low, high, log, y: v => bottom - px * (there(v) - start), value: y => back(start + (bottom - y) / px)};
 }
 
 // The limits of a linear axis; a constant gets room, so that rounding is not magnified.

@@ -62,7 +62,9 @@ class Chart {
     const all = key => drawn.map(one => one[key]);
     this.curves = this.over ? drawn : [];
     if (this.over) this.across = this.acrossLimits ?? extent(Math.min(...all("leftmost")), Math.max(...all("rightmost")));
-    this.scale = this.scaleOf(Math.min(...all("least")), Math.max(...all("most")), Math.min(...all("smallest")));
+    const least = Math.min(...all("least")), most = Math.max(...all("most")), smallest = Math.min(...all("smallest"));
+    const [low, high] = this.limits ?? (this.log ? logExtent(smallest, Math.max(-least, most)) : extent(least, most));
+    this.scale = verticalScale(low, high, this.log && low > 0, box);
     drawAxes(g, page.colour, box, this.scale, drawn[0]?.line.column.unit ?? "", this.ends, x => this.x(x),
              this.over ? drawn[0]?.across.unit ?? "" : "s");
     g.save();
@@ -78,12 +80,6 @@ class Chart {
     g.fillStyle = page.colour.of("muted");
     g.textAlign = "center";
     if (words) g.fillText(words, (box.left + box.right) / 2, (box.bottom + box.top) / 2);
-  }
-
-  scaleOf(least, most, smallest) {
-    const {top, bottom} = this.box;
-    const [low, high] = this.limits ?? (this.log ? logExtent(smallest, Math.max(-least, most)) : extent(least, most));
-    return this.log && low > 0 ? logScale(low, high, top, bottom) : linearScale(low, high, top, bottom);
   }
 
   // What is drawn of a line over time.

@@ -32,8 +32,9 @@ function addDerived(run) {
 function addExpression(run, name) {
   for (let k = 1; k < Math.min(name.length - 1, LONGEST); k++) {
     const operation = OPERATIONS[name[k]], a = run.known.get(name.slice(0, k)), b = run.known.get(name.slice(k + 1));
-    if (!operation || !a || !b || !fits(name[k], a, b)) continue;
     const product = name[k] === "*", ratio = name[k] === "/";
+    if (!operation || !a || !b) continue;
+    if (!product && !ratio && (a.unit !== b.unit || a.scale !== b.scale)) continue;      // sums and differences need one unit
     const unit = product ? [a.unit, b.unit].filter(Boolean).join("·") : !ratio ? a.unit
       : a.unit === b.unit ? "" : `${a.unit || "1"}/${b.unit}`.replace(/\/$/, "");
     const si = product ? `${a.si}.${b.si}` : !ratio ? a.si : a.si === b.si ? "1" : `${a.si}/${b.si}`;
@@ -43,9 +44,6 @@ function addExpression(run, name) {
   }
   return undefined;
 }
-
-// Sums and differences need one unit.
-function fits(sign, a, b) { return "*/".includes(sign) || (a.unit === b.unit && a.scale === b.scale); }
 
 function addColumn(run, facts, from, rule) {
   const combined = series => Float64Array.from(series[0], (_, i) => rule(...series.map(x => x[i])));

@@ -31,26 +31,21 @@ function unlistedWords(run) {
 
 // Contacts of flanges, lift-offs and landings that the file does not list: where forces begin and end.
 function eventsOfRows(run) {
-  const found = [];
+  const found = [], series = name => run.has(name) ? run.series(name) : [];
   for (const [side, words] of [["L", "left"], ["R", "right"]]) {
-    const [, tread] = seriesOf(run, `N_${side}T`), [t, flange] = seriesOf(run, `N_${side}F`);
-    if (!t) continue;
-    const kinds = [`${words} flange contact`, `${words} wheel lift-off`, `${words} wheel landing`];
-    const wanted = kinds.map(kind => run.unlisted[kind] > 0);
-    if (!wanted.includes(true)) continue;
-    const listed = kinds.map(kind => run.events.filter(event => event.what === kind).map(event => event.t));
-    const see = (kind, i) => {
+    const [, tread] = series(`N_${side}T`), [t, flange] = series(`N_${side}F`);
+    const [contact, liftOff, landing] = ["flange contact", "wheel lift-off", "wheel landing"].map(kind => `${words} ${kind}`);
+    if (!t || ![contact, liftOff, landing].some(kind => run.unlisted[kind])) continue;
+    const see = (what, i) => {
       const time = t[i] - run.shift, aside = 3 * (t[Math.min(i + 1, t.length - 1)] - t[Math.max(i - 1, 0)]);
-      if (wanted[kind] && !listed[kind].some(other => Math.abs(other - time) <= aside))
-        found.push({t: time, what: kinds[kind], force: null, fromRows: true});
+      if (run.unlisted[what] && !run.events.some(event => event.what === what && Math.abs(event.t - time) <= aside))
+        found.push({t: time, what, force: null, fromRows: true});
     };
     const carried = i => isClosed(flange[i]) || isClosed(tread?.[i] ?? 0);
     for (let i = 1; i < t.length; i++) {
-      if (isClosed(flange[i]) && !isClosed(flange[i - 1])) see(0, i - 1);
-      if (tread && carried(i) !== carried(i - 1)) carried(i) ? see(2, i - 1) : see(1, i);
+      if (isClosed(flange[i]) && !isClosed(flange[i - 1])) see(contact, i - 1);
+      if (tread && carried(i) !== carried(i - 1)) carried(i) ? see(landing, i - 1) : see(liftOff, i);
     }
   }
   return found;
 }
-
-function seriesOf(run, name) { return run.has(name) ? run.series(name) : []; }

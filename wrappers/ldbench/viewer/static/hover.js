@@ -6,14 +6,12 @@ class Hover {
     this.line = make("div", {class: "cursor hover", hidden: true});
     this.box = make("div", {class: "tip", hidden: true});
     chart.holder.append(this.line, this.box);
-    const {canvas} = chart;
-    canvas.addEventListener("pointermove", event => {
-      if (event.buttons || event.pointerType === "touch") return this.hide();
-      const place = canvas.getBoundingClientRect();
-      this.show(event.clientX - place.left, event.clientY - place.top);
+    chart.canvas.addEventListener("pointermove", event => {
+      if (event.buttons || event.pointerType === "touch") this.hide();
+      else this.show(event.offsetX, event.offsetY);
     });
     for (const end of ["pointerleave", "pointerdown", "wheel"])
-      canvas.addEventListener(end, () => this.hide(), {passive: true});
+      chart.canvas.addEventListener(end, () => this.hide(), {passive: true});
   }
 
   // The lines of the pointer: over time, one in each chart.

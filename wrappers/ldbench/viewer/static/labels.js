@@ -6,9 +6,7 @@ class Labels {
   }
 
   // Keep a box free of words.
-  keep(x1, y1, x2, y2) {
-    this.taken.push([Math.min(x1, x2), Math.min(y1, y2), Math.max(x1, x2), Math.max(y1, y2)]);
-  }
+  keep(...box) { this.taken.push(box); }
 
   // Keep the surroundings of a point and of an arrow from it free.
   keepArrow(x, y, nx, ny, length) {

@@ -10,7 +10,6 @@ class Page {
     this.address = new Address(this);
     this.player = new Player(this);
     this.scene = new Scene(get("scene"), this.colour);
-    this.pressure = new Pressure(get("pressure"), this.colour);
     this.fillControls();
   }
 
@@ -54,13 +53,14 @@ class Page {
       this.firstCharts = this.charts.map(wordsOfChart).join("\n");
     }
     const titles = this.runs.map(run => run.title).filter(Boolean);
-    get("subtitle").textContent = titles.slice(0, 2).join(" · ") + (titles.length > 2 ? ` · and ${titles.length - 2} more runs` : "");
+    const more = titles.length > 2 ? [`and ${titles.length - 2} more runs`] : [];
+    get("subtitle").textContent = [...titles.slice(0, 2), ...more].join(" · ");
     drawChoice(this);
     drawAbout(this);
     this.values.draw(this.runs, this.columns(), this.facts.groups);
     this.charts.forEach(chart => chart.drawHead());
     this.resize();
-    this.go(Math.min(Math.max(this.t, this.start), this.end));
+    this.go(this.t);
   }
 
   // Every run at its time, aligned or not; everything that depends on it follows.
@@ -96,13 +96,13 @@ class Page {
   }
 
   fillPose() {
-    get("pose").textContent = this.runs.map(run => {
-      const {y, z, roll} = run.pose(this.t), what = this.runs.length > 1 ? `${run.name}: ` : "";
-      const have = [["Y", y, "Y", "mm"], ["Z", z, "Z", "mm"], ["roll", roll, "Φ", "mrad"]]
-        .filter(([name]) => run.has(name))
-        .map(([, x, words, unit]) => `${words} ${(1e3 * x).toFixed(3)} ${unit}`);
-      return what + (have.join(", ") || "no displacements in the file");
-    }).join("; ").replaceAll("-", "−");
+    const words = this.runs.map(run => {
+      const pose = run.pose(this.t), shown = (name, key, words, unit) =>
+        run.has(name) ? [`${words} ${minus((1e3 * pose[key]).toFixed(3))} ${unit}`] : [];
+      const have = [...shown("Y", "y", "Y", "mm"), ...shown("Z", "z", "Z", "mm"), ...shown("roll", "roll", "Φ", "mrad")];
+      return (this.runs.length > 1 ? `${run.name}: ` : "") + (have.join(", ") || "no displacements in the file");
+    });
+    get("pose").textContent = words.join("; ");
   }
 
   addChart(state) {
@@ -160,7 +160,7 @@ class Page {
     this.t = Math.min(Math.max(t, this.start), this.end);
     if (this.t !== before && (this.t < start || this.t > end)) this.setWindow(this.t - 0.1 * (end - start), end - start);
     this.scene.draw(this.runs, this.shapes, this.t, !settled);
-    this.pressure.draw(this.runs[0], this.t);
+    drawPatches(this.runs[0], this.t, this.colour);
     this.placeCursors();
     get("scrub").value = this.t;
     get("clock").textContent = `${timeWords(this.t)} s`;
@@ -226,16 +226,22 @@ class Page {
     this.scene.show(view, viewOf(view, this.shapes[this.runs[0]?.shape]));
     for (const button of get("views").children) button.setAttribute("aria-pressed", button.value === view);
     this.redrawScene();
+    this.write();
+  }
+
+  // A part of the track that is not the view of a name.
+  show(part) {
+    this.scene.show(this.scene.view, part);
+    this.scene.moved = true;
+    this.redrawScene();
+    this.write();
   }
 
   // The part of the track that holds what is drawn now.
   fitScene() {
     const {view} = this.scene, [first] = this.runs, shape = this.shapes[first.shape];
-    this.scene.show(view, view === "whole" || !shape ? fitAll(this.scene, this.runs, this.shapes, this.t)
+    this.show(view === "whole" || !shape ? fitAll(this.scene, this.runs, this.shapes, this.t)
       : fitContact(this.scene, first, shape, this.t, view));
-    this.scene.moved = true;
-    this.redrawScene();
-    this.write();
   }
 
   redrawScene() { this.scene.draw(this.runs, this.shapes, this.t); }
@@ -257,11 +263,6 @@ class Page {
   }
 
   fillControls() {
-    get("views").append(...Object.entries(VIEWS).map(([view, words]) => make("button",
-      {type: "button", value: view, "aria-pressed": String(view === "whole"), onclick: () => {
-        this.look(view);
-        this.write();
-      }}, words)));
     const onChange = act => () => {
       if (!this.runs.length) return;
       act();
@@ -277,30 +278,22 @@ class Page {
     get("align").onchange = onChange(() => {
       this.placeRuns();
       this.wholeRun();
-      this.go(Math.min(Math.max(this.t, this.start), this.end));
+      this.go(this.t);
     });
+    for (const button of document.querySelectorAll("[data-key]")) button.onclick = event => KEYS[button.dataset.key](this, event);
     const onClick = {
-      "play": () => this.player.toggle(),
-      "row-back": () => this.stepRow(-1), "row-on": () => this.stepRow(1),
-      "event-back": () => this.stepEvent(-1), "event-on": () => this.stepEvent(1),
-      "time-in": () => this.zoomTime(0.5), "time-out": () => this.zoomTime(2), "time-whole": () => this.wholeRun(),
-      "scene-in": () => this.zoomScene(1.4), "scene-out": () => this.zoomScene(1 / 1.4), "scene-fit": () => this.fitScene(),
-      "loop": () => {
-        this.player.loop(!this.player.looping);
-        this.write();
+      "scene-in": () => this.zoomScene(1.4), "scene-out": () => this.zoomScene(1 / 1.4),
+      "theme": () => {
+        this.theme = {auto: "light", light: "dark", dark: "auto"}[this.theme];
+        get("theme").textContent = `theme: ${this.theme}`;
+        this.applyTheme();
       },
-      "mark": () => this.setMark(),
       "add-chart": () => {
         const names = this.columns().map(column => column.name);
         const unseen = names.find(name => !this.charts.some(chart => chart.names.includes(name)));
         const chart = this.addChart({names: [unseen ?? names[0]]});
         chart.picker.box.hidden = false;
         chart.changed();
-      },
-      "theme": () => this.nextTheme(),
-      "help": () => {
-        get("keys").hidden = !get("keys").hidden;
-        get("help").setAttribute("aria-expanded", !get("keys").hidden);
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
@@ -326,15 +319,8 @@ class Page {
     this.applyTheme();
   }
 
-  nextTheme() {
-    this.theme = {auto: "light", light: "dark", dark: "auto"}[this.theme];
-    get("theme").textContent = `theme: ${this.theme}`;
-    this.applyTheme();
-  }
-
   applyTheme(wanted = this.theme) {
     document.documentElement.dataset.theme = wanted === "auto" ? this.dark.matches ? "dark" : "light" : wanted;
-    this.colour.known.clear();
     if (!this.runs.length) return;
     drawChoice(this);
     this.charts.forEach(chart => chart.drawHead());
@@ -350,7 +336,7 @@ class Page {
     drawOverview(this);
     this.placeCursors();
     this.redrawScene();
-    this.pressure.draw(this.runs[0], this.t);
+    drawPatches(this.runs[0], this.t, this.colour);
   }
 }
 

@@ -48,17 +48,9 @@ const DASHES = [[], [7, 3], [8, 3, 2, 3], [2, 2]];
 const FLANGE_DASHES = {L: [6, 2], R: [2, 2]};
 const NEUTRAL = [0, 2, 3, 4, 7];        // series for columns that belong to no side
 
-// Read the colours that the style sheet has now. Left is blue and right is orange.
+// The colours that the style sheet has now. Left is blue and right is orange.
 class Colours {
-  constructor() {
-    this.known = new Map();
-  }
-
-  of(name) {
-    if (!this.known.has(name))
-      this.known.set(name, getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim());
-    return this.known.get(name);
-  }
+  of(name) { return getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim(); }
 
   // The look of a column that belongs to a side, by the end of its name: N_LF, PE_elastic_L; null for others.
   ofColumn(name) {

@@ -4,7 +4,7 @@ const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 
 
 class Player {
   constructor(page) {
-    Object.assign(this, {page, playing: false, looping: false, turn: 0, chosen: false});
+    Object.assign(this, {page, playing: false, looping: false, chosen: false});
     get("speed").append(...SPEEDS.map(speed => make("option", {value: speed}, `1:${Math.round(1 / speed)}`)));
     get("speed").onchange = () => { this.chosen = true; };
   }
@@ -29,13 +29,12 @@ class Player {
 
   play() {
     if (this.playing) return;
-    const {page} = this, turn = ++this.turn, [first, last] = this.span();
+    const {page} = this, [first, last] = this.span();
     if (page.t >= last || page.t < first) page.go(first, false);
     this.set(true);
     let before = performance.now();
     const frame = now => {
-      // A loop that was stopped stays stopped, even if another one has begun since.
-      if (turn !== this.turn || !this.playing) return;
+      if (!this.playing) return;
       const [start, end] = this.span();
       let t = page.t + Math.max(now - before, 0) / 1e3 * this.speed;
       before = now;
@@ -46,9 +45,9 @@ class Player {
       }
       if (t >= end) t = start + (t - end) % (end - start || 1);
       page.go(t, false);
-      requestAnimationFrame(frame);
+      this.next = requestAnimationFrame(frame);
     };
-    requestAnimationFrame(frame);
+    this.next = requestAnimationFrame(frame);
   }
 
   // What is played: the window if it is looped, else the whole run.
@@ -56,6 +55,7 @@ class Player {
 
   pause() {
     if (!this.playing) return;
+    cancelAnimationFrame(this.next);
     this.set(false);
     this.page.go(this.page.t);
   }

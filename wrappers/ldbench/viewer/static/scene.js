@@ -3,6 +3,7 @@
 
 const FOOT = 0.09;              // height of the rail that is drawn below its profile
 const ARROW = 105;              // length of the largest force [px]
+const NARROWEST = 4e-5, WIDEST = 6;     // part of the track
 const LOG_FROM = 1e3;           // smaller forces are drawn as points on the logarithmic scale [N]
 
 class Scene {
@@ -20,35 +21,27 @@ class Scene {
                      normals: on("normals"), follow: on("follow")};
   }
 
-  // Show a part of the track in a view of this name.
+  // Show a part of the track, {y, z, width, height}, in a view of this name.
   show(view, part) {
     this.view = view;
-    this.camera = {...part, zoom: 1};
+    this.camera = {...part};
     this.aside = [0, 0];        // of the camera from the contact that it follows
     this.moved = false;         // whether it is no longer the view of this name
   }
 
-  // Show a part of the track: its centre, width and height [m].
-  set([y, z, width, height]) {
-    this.camera = {y, z, width, height, zoom: 1};
-    this.moved = true;
-  }
-
   resize() { Object.assign(this, prepare(this.canvas)); }
 
-  get scale() {                 // [px/m]
-    const {width, height, zoom} = this.camera;
-    return zoom * Math.min(this.w / width, this.h / height);
-  }
+  // [px/m]
+  get scale() { return Math.min(this.w / this.camera.width, this.h / this.camera.height); }
 
   px(y, z) {
     return [this.w / 2 - (y - this.camera.y) * this.scale, this.h / 2 - (z - this.camera.z) * this.scale];
   }
 
   zoom(factor, x = this.w / 2, y = this.h / 2) {
-    const {camera} = this, before = this.scale;
+    const {camera} = this, before = this.scale, width = Math.min(Math.max(camera.width / factor, NARROWEST), WIDEST);
     this.moved = true;
-    camera.zoom = Math.min(Math.max(camera.zoom * factor, 0.3), 5000);
+    Object.assign(camera, {width, height: camera.height * width / camera.width});
     const change = 1 / before - 1 / this.scale;
     if (this.settings.follow) this.aside = this.aside.map(d => d * before / this.scale);
     else this.move((this.w / 2 - x) * change, (this.h / 2 - y) * change);

@@ -34,7 +34,7 @@ class Run {
     Object.assign(this, facts, data, {number, shift: 0});
     this.known = new Map(facts.columns.map(column => [column.name, column]));
     this.inFile = {t: this.t, rowTimes: this.rowTimes};
-    if (this.t.length < this.rows) this.rowNumbers = numbersOf(this.t, this.rowTimes);
+    if (this.t.length < this.rows) this.rowNumbers = this.t.map(t => nearestIndex(this.rowTimes, t));
     addDerived(this);
   }
 
@@ -95,11 +95,8 @@ class Run {
 
   // The displacements of the axle centre; a column that the file lacks is zero.
   pose(at) {
-    const q = name => {
-      const x = this.at(name, Math.min(Math.max(at, this.start), this.end));
-      return Number.isFinite(x) ? x : 0;
-    };
-    return {y: q("Y"), z: q("Z"), roll: q("roll")};
+    const t = Math.min(Math.max(at, this.start), this.end), [y, z, roll] = ["Y", "Z", "roll"].map(name => this.at(name, t) || 0);
+    return {y, z, roll};
   }
 
   // A closed contact: force [N] and point relative to the axle centre, turned back by the roll. Force from the finest
@@ -161,16 +158,6 @@ class Run {
     const times = next => band.low.map((_, k) => this.rowTimes[Math.min(k * this.bin + next, this.rows - 1)]);
     return {...band, from: times(0), to: times(this.bin - 1)};
   }
-}
-
-// The numbers of the kept rows among all rows.
-function numbersOf(t, rowTimes) {
-  const found = new Int32Array(t.length);
-  for (let i = 0, k = 0; i < t.length; i++, k++) {
-    while (k + 1 < rowTimes.length && Math.abs(rowTimes[k + 1] - t[i]) < Math.abs(rowTimes[k] - t[i])) k++;
-    found[i] = k;
-  }
-  return found;
 }
 
 // The rows between two times, and one more at either side: the first index and the one behind the last.

@@ -30,7 +30,7 @@ class Values {
     this.runs.forEach((run, k) => {
       this.rowTimes[k].textContent = kept[k] !== null ? timeWords(run.inFile.t[kept[k]]) : `≈ ${timeWords(t - run.shift)}`;
     });
-    get("values").classList.toggle("alone", this.runs.length > 2 || (this.runs.length === 1 && mark === null));
+    get("values").className = this.runs.length > 2 ? "alone many" : this.runs.length < 2 && mark === null ? "alone" : "";
     get("between").hidden = !kept.includes(null);
     const before = this.runs.length === 1 && mark !== null ? this.runs[0].keptRow(mark) : null;
     this.rowApart.textContent = before !== null && kept[0] !== null
