@@ -18,7 +18,7 @@ from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged
 from ..results.quantities import DEG, GROUPS, KN, significant
 from ..results.run_data import RunData
-from ..viewer.show import law
+from ..viewer.page import law
 from .differences import Comparison, Pairing, compare, difference_table, event_table, impact_table, paired_impacts
 
 PANELS = 4              # quantities on a page

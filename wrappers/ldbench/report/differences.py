@@ -13,7 +13,7 @@ from ..results.columns import time_mean
 from ..results.contact_intervals import ContactInterval
 from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
 from ..results.run_data import RunData
-from ..viewer.show import distinct
+from ..viewer.page import distinct
 
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
 IMPACTS = 100           # of a contact, in tables
