@@ -4,10 +4,12 @@ from __future__ import annotations
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +25,6 @@ from invented import COARSE
 from ldbench.__main__ import main
 from ldbench.ensembles import members, pools
 from ldbench.ensembles.members import draws
-from ldbench.ensembles.store import kept_keys
 from local_cluster import Cluster
 from running import HANG
 
@@ -177,8 +178,8 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     finally:
         process.kill()
     assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
-    folder, = (tmp_path/".ldbench").glob("sweep.zarr.*/")
-    assert np.count_nonzero(kept_keys(folder)[1]) == 1
+    with closing(sqlite3.connect(tmp_path/".ldbench/sweep.zarr.sqlite")) as kept:
+        assert kept.execute("SELECT count(*) FROM records").fetchone() == (1,)
 
 
 def test_only_what_is_missing_is_run(tmp_path, table, counted):
@@ -191,7 +192,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
-    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.lock"]
+    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.sqlite"]
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
@@ -224,10 +225,38 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     assert len(set().union(*found)) == 2*len(found) == 12
 
 
+KILLED = """
+import os, sys, ldbench
+done = []
+def kill(*report):
+    done.append(report)
+    if len(done) == 3:
+        os.kill(os.getpid(), 9)
+ldbench.ensemble(ldbench.Case.from_namelist(sys.argv[1]), {"mass": [1300.0, 1400.0, 1500.0, 1600.0], "vY": [0.5, 1.0]},
+                 columns=["Y"], store="sweep.zarr", threads=1, progress=kill)
+"""
+
+
+@pytest.mark.slow
+def test_a_killed_process_loses_nothing_that_was_written(tmp_path, table, counted):
+    """Nor does an ensemble of other members, which begins with what the killed one has."""
+    case = short(t_end=1e-3)
+    case.to_namelist(tmp_path/"case.nml")
+    assert subprocess.run([sys.executable, "-c", KILLED, "case.nml"], cwd=tmp_path, timeout=HANG).returncode == -signal.SIGKILL
+    expected = {masses: ldbench.ensemble(case, {"mass": masses, "vY": [0.5, 1.0]}, columns=["Y"], tables=[table])
+                for masses in ((1300.0, 1400.0, 1500.0, 1600.0), (1250.0, 1300.0, 1400.0, 1500.0, 1600.0))}
+    case = ldbench.Case.from_namelist(tmp_path/"case.nml")
+    for masses, new in zip(expected, (5, 2), strict=True):
+        before = counted["runs"]
+        found = ldbench.ensemble(case, {"mass": masses, "vY": [0.5, 1.0]}, columns=["Y"], store=tmp_path/"sweep.zarr",
+                                 tables=[table])
+        assert counted["runs"] - before == new and found.identical(expected[masses])
+
+
 def test_damaged_results_are_told(tmp_path, table):
     over = {"mass": MASSES}
     ldbench.ensemble(short(t_end=1e-3), over, store=tmp_path/"sweep.zarr", tables=[table])
-    (tmp_path/"sweep.zarr/peak_N_LF/0").write_bytes(b"no numbers")
+    (tmp_path/".ldbench/sweep.zarr.sqlite").write_bytes(b"no records")
     with pytest.raises(ldbench.Error, match="expected results that an ensemble kept, found them damaged"):
         ldbench.ensemble(short(t_end=1e-3), {"mass": [*MASSES, 1900.0]}, store=tmp_path/"sweep.zarr", tables=[table])
 

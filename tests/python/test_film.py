@@ -10,7 +10,7 @@ from invented import COARSE, altered
 from ldbench import Case
 from ldbench.plots.style import SERIES, ldbench_style
 from ldbench.results.run_data import RunData
-from ldbench.viewer.picture import Picture
+from ldbench.viewer.film import Picture
 
 
 def case(pair: str = "aw", **changes: float) -> Case:
@@ -71,7 +71,7 @@ def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunDa
                 assert shape.get_visible() == (force > 0)
                 if force > 0:
                     corners = shape.get_xy()
-                    assert np.hypot(*(corners[3] - (corners[0] + corners[6])/2)) == pytest.approx(unit*force, rel=1e-9)
+                    assert np.hypot(*(corners[0] - (corners[3] + corners[4])/2)) == pytest.approx(unit*force, rel=1e-9)
             assert f"{1e-3*scene.scale_force:g} kN" in words(single, t)
             assert f"{1e3*scene.scale_length:g} mm" in words(single, t)
 
@@ -101,5 +101,5 @@ def test_a_rail_that_pulls_is_drawn(pair: tuple[RunData, RunData]):
     picture = drawn(altered(pair[0], data=data))
     [*picture.scenes[1].move(0.005)]
     corners = picture.scenes[1].arrows[0, "LT"].get_xy()
-    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[3, 1] < corners[0, 1]
+    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[0, 1] < corners[3, 1]
     assert any(text.startswith("tread −") for text in words(picture, 0.005))

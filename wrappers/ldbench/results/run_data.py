@@ -15,7 +15,7 @@ from .._core.errors import Error, unknown
 from .._core.optional import needed
 from .._core.pools import processes
 from ..case import Case, Value
-from .columns import read_columns, read_own_columns
+from .columns import read_columns
 from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
 from .events import Event, count_name, event_kinds
 from .header import Header, read_header
@@ -68,10 +68,9 @@ class RunData:
     @functools.cached_property
     def data(self) -> pd.DataFrame:
         """The columns of the column file in SI units, a row per output interval and event; units in `attrs["units"]`."""
-        if not self.header.settings:
-            return read_columns(self.file, self._map)
-        found = read_own_columns(self.file)
-        if not self.header.finished and "time" in found.columns:
+        ours = bool(self.header.settings)
+        found = read_columns(self.file, None if ours else self._map)
+        if ours and not self.header.finished and "time" in found:
             raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
                         "the file is cut")
         return found
