@@ -12,7 +12,7 @@ from ldbench import Case
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
 
-# Of a case whose contact table is built in a moment.
+# The changes of a case that make its contact table so small that it is built in a moment.
 COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
 
 
