@@ -255,6 +255,7 @@ def test_a_run_is_a_mapping_of_columns_and_ends_as_in_scipy(elastic: tuple[ldben
     for run in elastic:
         assert len(run) == run.results["rows"] and list(run) == list(run.data) and "Y" in run and "y" not in run
         assert np.array_equal(run["vY"], run.data["vY"]) and (run.success, run.message) == (True, run.ending)
+        assert run["N_RF"].max() == 0 and run.peak("RF") is None, "no peak of a contact that never closes"
     assert (other.success, other.status, other.message) == (True, 0, "")
     for stop_at in "t_end", "return_to_centre":
         assert ldbench.run(small(t_end=1e-3, stop_at=stop_at)).status == 0, "no event ended it"
