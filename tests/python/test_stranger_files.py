@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,15 @@ SLOW = "LDBENCH_SLOW" in os.environ
 CASES = ("ex2_aw", "ex2_sw") if SLOW else ("ex2_aw",)
 
 
-pytestmark = pytest.mark.usefixtures("own")
+pytestmark = pytest.mark.usefixtures("new_own_runs" if SLOW else "own")
+
+
+@pytest.fixture(scope="module")
+def new_own_runs() -> Iterator[None]:
+    """Our own runs, by which maps are guessed, are made here: the shipped ones have no contact table for exercise 5."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ldbench_round.own_runs._OWN", {})
+        yield
 
 
 def some(rows: Mapping[str, Row], expected: str) -> list[pytest.ParameterSet]:
