@@ -47,6 +47,7 @@ nb_merge_streams = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}       # whose union of types fills a page
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
 

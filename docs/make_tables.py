@@ -85,6 +85,8 @@ RESULTS = {
     "t_farthest_left, t_farthest_right, t_farthest_up": ("s", "times of these"),
     "peak_N_C": ("N", "largest normal force of a contact, over all steps"),
     "t_peak_C": ("s", "time of the largest normal force"),
+    "first_peak_N_C": ("N", "LF and RF only: largest normal force of a flange until it first opens; NaN with rigid contacts"),
+    "t_first_peak_C": ("s", "time of this force"),
     "peak_P_C": ("N.s", "largest impulse of one impact at a contact (rigid contacts only)"),
     "t_peak_P_C": ("s", "time of the largest impulse"),
     "lost": ("J", "energy lost in impacts (rigid contacts only)"),
@@ -150,13 +152,14 @@ def case_types() -> str:
     kinds = {"real": "float", "integer": "int"}
     attributes, arguments = [], []
     for k, variable in enumerate(variables()):
-        choices = variable.range.startswith("one of ")
+        words = variable.range.removeprefix("one of ").split()
+        choices = f"Literal[{', '.join(map(repr, words))}]".replace("'", '"') if variable.range.startswith("one of ") else ""
         for name in dict.fromkeys((shortest_name(k), f"{variable.group}_{variable.name}")):
-            attributes.append(f"    {name}: Final[{kinds.get(variable.kind, 'str')}]")
-            arguments.append(f"    {name}: {kinds.get(variable.kind, 'str' if choices else 'str | PathLike[str]')}")
+            attributes.append(f"    {name}: Final[{kinds.get(variable.kind, choices or 'str')}]")
+            arguments.append(f"    {name}: {kinds.get(variable.kind, choices or 'str | PathLike[str]')}")
     return "\n".join([
         '"""Types of the variables of a case, for type checkers. docs/make_tables.py makes this file of the core\'s list."""',
-        "from os import PathLike", "from typing import Final, TypedDict", "", "class Variables:", *attributes, "",
+        "from os import PathLike", "from typing import Final, Literal, TypedDict", "", "class Variables:", *attributes, "",
         "class Values(TypedDict, total=False):", *arguments, ""])
 
 

@@ -240,7 +240,7 @@ def of_causes(exercises: Iterable[int]) -> Values:
 
 
 def first_peak(case: Case, table: ContactTable) -> float:
-    """The largest force of the first contact of the left flange [N]."""
+    """The largest force in the rows of the first contact of the left flange [N]."""
     return ldbench.run(case, table=table).first_interval("LF").peak
 
 

@@ -128,6 +128,9 @@ def cause_table() -> str:
     rows = [("as shipped [kN]", *(f"{v[f'first_peak.ex{k} [kN]']:.1f}" for k in exercises))]
     rows += [(words, *(change(v[f"cause.{name}.ex{k} [%]"]) for k in exercises))
              for name, (words, _) in CAUSES.items()]
+    rows[3:3] = [(f"`influence = '{one}'`", *(change(100*(v[f"influence.ex{k}_aw.{one}.first LF [kN]"]
+                                                          / v[f"influence.ex{k}_aw.local.first LF [kN]"] - 1)) for k in exercises))
+                 for one in ("flat", "apart")]
     return table(("change", *(f"exercise {k}" for k in exercises)), rows)
 
 

@@ -1,8 +1,8 @@
 !> A case: everything that a namelist file says.
 !>
 !> `list_variables` lists all namelist variables with group, name, admissible range, unit and meaning. Reading, checking, the
-!> header of the column files and `--help` use this list. Defaults are the benchmark's values. They stand in the declaration of
-!> `case_type`; the default extent of the contact table stands in `service_poses`.
+!> header of the column files and `--help` use this list. Defaults are the values of the call or, where it has none, plain ones.
+!> They stand in the declaration of `case_type`; the default extent of the contact table stands in `service_poses`.
 module case
   use kinds, only: dp
   use service_poses, only: extent_type, floored_force

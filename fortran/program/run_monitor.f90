@@ -24,6 +24,9 @@ module run_monitor
     real(dp) :: stable_step = huge(1.0_dp) !! longest stable step, at the highest frequency at rest [s]
     real(dp) :: peak(4) = 0                !! largest normal force of each contact, also between rows [N]
     real(dp) :: peak_time(4) = 0           !! [s]
+    real(dp) :: first_peak(4) = 0          !! largest normal force of each contact until it first opens [N]
+    real(dp) :: first_peak_time(4) = 0     !! [s]
+    logical :: has_opened(4) = .false.     !! whether a contact has been closed and has opened
     real(dp) :: extreme(3) = 0             !! farthest to the left, to the right, up from equilibrium, also between rows [m]
     real(dp) :: extreme_time(3) = 0        !! [s]
     real(dp) :: largest_impulse(4) = 0     !! largest impulse of each contact in one impact [N s]
@@ -71,6 +74,7 @@ contains
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
     this%run%peak = this%forces(:, 3)
+    this%run%first_peak = this%run%peak
     this%run%extreme = motion%q([1, 1, 2])
     e = energies(this%c, this%setup, motion)
     this%run%kinetic_energy = sum(e%kinetic(2:4))
@@ -107,11 +111,13 @@ contains
     this%forces(:, 1) = this%forces(:, 2)
     this%forces(:, 2) = this%forces(:, 3)
     this%forces(:, 3) = normal_forces(new)
+    ! One step late, because a peak between the last two steps is noted after this step.
+    this%run%has_opened = this%run%has_opened .or. (this%forces(:, 1) > 0 .and. .not. this%forces(:, 2) > 0)
     call this%note_forces(new)
     call this%note_energy(new)
   end subroutine note_step
 
-  !> Largest normal forces.
+  !> Largest normal forces, of the whole run and of the first time in which each contact is closed.
   subroutine note_forces(this, motion)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
@@ -120,6 +126,10 @@ contains
     force = normal_forces(motion)
     where (force > this%run%peak) this%run%peak_time = motion%t
     this%run%peak = max(this%run%peak, force)
+    where (force > this%run%first_peak .and. .not. this%run%has_opened)
+      this%run%first_peak = force
+      this%run%first_peak_time = motion%t
+    end where
   end subroutine note_forces
 
   !> The largest drift of the energy balance.

@@ -198,6 +198,7 @@ contains
     character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
     real(dp), parameter :: largest_drift = 0.01_dp   ! over the largest kinetic energy
     real(dp), parameter :: rounding = 1e-6_dp        ! of the energy of a wheelset at rest, at most [J]
+    character(:), allocatable :: words
     logical :: rigid
     integer :: k
 
@@ -215,6 +216,14 @@ contains
       call items%add('t_farthest_'//trim(way(k)), [run%extreme_time(k)], 's', ' at # s'//merge(',', newline, k < 3), 'f0.6')
     end do
     call list_peaks('peak normal forces [kN]:', 'peak_N_', 't_peak_', run%peak, run%peak_time, 'N', kilo)
+    ! Only the file has a first peak that is the largest one. Impacts of rigid contacts take no time, so their forces have no peak.
+    do k = 2, merge(0, 4, rigid), 2
+      words = repeat('  '//contact_name(k)//', first contact: # at ', count([run%first_peak(k) < run%peak(k)]))
+      call items%add('first_peak_N_'//contact_name(k), run%first_peak(k:k), 'N, until the contact first opens', words, &
+        'f0.3', kilo)
+      words = repeat('# s'//newline, count([run%first_peak(k) < run%peak(k)]))
+      call items%add('t_first_peak_'//contact_name(k), run%first_peak_time(k:k), 's', words, 'f0.6')
+    end do
     if (rigid) then
       call list_peaks('largest impulses [N s]:', 'peak_P_', 't_peak_P_', run%largest_impulse, run%impulse_time, &
         'N s, in one impact', 1.0_dp)

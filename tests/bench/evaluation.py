@@ -10,7 +10,7 @@ import numpy as np
 
 import ldbench
 from ldbench import Case, Run
-from ldbench._core import _flat
+from ldbench._core import flat
 from measure import Section, measure, ratio
 from problem import absolute
 from programs import fortran_test
@@ -73,17 +73,17 @@ def section(full: bool) -> Section:
         handle = run.table._handle
         arrays = [np.ascontiguousarray(x) for x in poses.T]
 
-        def loop(procedure: Callable[..., object]) -> float:
+        def loop(m: int) -> float:
             count = max(1, LOOPED//len(poses))
             begin = time.process_time()
             for _ in range(count):
-                procedure(handle, 0, *arrays)
+                flat.contact_values(handle, 0, m, *arrays)
             return (time.process_time() - begin)/(count*len(poses))
 
-        kinds = {"force, array from Python": lambda: loop(_flat.forces),
-                 "tangent, array from Python": lambda: loop(_flat.tangents),
+        kinds = {"force, array from Python": lambda: loop(3),
+                 "tangent, array from Python": lambda: loop(6),
                  "force, one by one from Python": lambda: seconds_per_call(
-                     lambda y, z, phi: _flat.forces(handle, 0, y, z, phi), poses)}
+                     lambda y, z, phi: flat.contact_values(handle, 0, 3, y, z, phi), poses)}
         samples = [[kind() for kind in kinds.values()] for _ in range(rounds)]
         times |= dict(zip(kinds, np.array(samples).T, strict=True))
         name = case.case_name

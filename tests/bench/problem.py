@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import ldbench
 from ldbench import Case, ContactTable
-from ldbench._core import _flat
+from ldbench._core import flat
 from running import FORTRAN_TESTS
 
 SIZE = np.array([1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of the motion [m, rad] and per second: scales absolute tolerances
@@ -46,7 +46,7 @@ def problem(case: Case, table: ContactTable) -> Iterator[Problem]:
     table = table.for_case(case)
     t_end = float(ldbench.run(case, table=table).data["time"].iloc[-2])
     # The cheapest way from Python: the core's procedure on arrays that are there, no checks in between.
-    forces, tangents, handle = _flat.forces, _flat.tangents, table._handle
+    values, handle = flat.contact_values, table._handle
     y, z, roll = np.empty(1), np.empty(1), np.empty(1)
     height, mass, inertia = table.equilibrium, case.mass, case.roll_inertia
     lateral, ramp, weight = case.lateral_force, case.lateral_ramp, table.weight
@@ -54,7 +54,7 @@ def problem(case: Case, table: ContactTable) -> Iterator[Problem]:
     def rates(t: float, x: np.ndarray) -> np.ndarray:
         y[0], z[0], roll[0], vy, vz, roll_rate = x.tolist()
         z[0] += height
-        force, status = forces(handle, 0, y, z, roll)
+        force, status = values(handle, 0, 3, y, z, roll)
         if status[0]:
             return np.full(6, FAR_OFF)
         fy, fz, moment = force.ravel().tolist()
@@ -62,7 +62,7 @@ def problem(case: Case, table: ContactTable) -> Iterator[Problem]:
 
     def jacobian(t: float, x: np.ndarray) -> np.ndarray:
         y[0], z[0], roll[0] = x[0], height + x[1], x[2]
-        yy, yz, yr, zz, zr, rr = tangents(handle, 0, y, z, roll)[0].ravel().tolist()
+        yy, yz, yr, zz, zr, rr = values(handle, 0, 6, y, z, roll)[0].ravel().tolist()
         full = np.zeros((6, 6))
         full[0, 3] = full[1, 4] = full[2, 5] = 1
         full[3:, :3] = ((-yy/mass, -yz/mass, -yr/mass), (-yz/mass, -zz/mass, -zr/mass), (-yr/inertia, -zr/inertia, -rr/inertia))

@@ -4,10 +4,12 @@ from __future__ import annotations
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +24,6 @@ import ldbench
 from ldbench.__main__ import main
 from ldbench.ensembles import members, pools
 from ldbench.ensembles.members import draws
-from ldbench.ensembles.store import kept_keys
 from local_cluster import Cluster
 from running import HANG
 
@@ -200,8 +201,8 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     finally:
         process.kill()
     assert (out.splitlines()[-1], process.returncode, err) == ("stopped []", 0, "")
-    folder, = (tmp_path/".ldbench").glob("sweep.zarr.*/")
-    assert np.count_nonzero(kept_keys(folder)[1]) == 1
+    with closing(sqlite3.connect(tmp_path/".ldbench/sweep.zarr.sqlite")) as kept:
+        assert kept.execute("SELECT count(*) FROM records").fetchone() == (1,)
 
 
 def test_only_what_is_missing_is_run(tmp_path, table, counted):
@@ -214,7 +215,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
-    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.lock"]
+    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.sqlite"]
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
@@ -254,8 +255,6 @@ def kill(*report):
     done.append(report)
     if len(done) == 3:
         os.kill(os.getpid(), 9)
-import ldbench.ensembles.store
-ldbench.ensembles.store.FLUSH = 0.0
 ldbench.ensemble(ldbench.Case.from_namelist(sys.argv[1]), {"mass": [1300.0, 1400.0, 1500.0, 1600.0], "vY": [0.5, 1.0]},
                  columns=["Y"], store="sweep.zarr", threads=1, progress=kill)
 """
@@ -279,7 +278,7 @@ def test_a_killed_process_loses_nothing_that_was_written(tmp_path, table, counte
 def test_damaged_results_are_told(tmp_path, table):
     over = {"mass": MASSES}
     ldbench.ensemble(short(t_end=1e-3), over, store=tmp_path/"sweep.zarr", tables=[table])
-    (tmp_path/"sweep.zarr/peak_N_LF/0").write_bytes(b"no numbers")
+    (tmp_path/".ldbench/sweep.zarr.sqlite").write_bytes(b"no records")
     with pytest.raises(ldbench.Error, match="expected results that an ensemble kept, found them damaged"):
         ldbench.ensemble(short(t_end=1e-3), {"mass": [*MASSES, 1900.0]}, store=tmp_path/"sweep.zarr", tables=[table])
 

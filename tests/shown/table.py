@@ -53,6 +53,8 @@ RESULTS: dict[str, Result] = {
     "roll_min": Result(lambda r: r.c["roll"].min(), "Φ, smallest [mrad]", 1e3),
     **{f"peak_N_{c}": Result(lambda r, c=c: r.peak(c)[0] or None, f"peak N, {words} [kN]", KN, f"peak N, {words} [kN]")
        for c, words in WORDS.items()},
+    **{f"first_peak_N_{c}": Result(lambda r, c=c: None if r.first_peak(c) is None else r.c[f"N_{c}"][r.first_peak(c)],
+                                   f"peak N, first contact, {WORDS[c]} [kN]", KN) for c in ("LF", "RF")},
     **{f"approach_{c}": Result(overlap_of(c), f"approach, first contact, {WORDS[c]} [mm]", MM, "", 4e-3) for c in ("LF", "RF")},
     "n_left_flange_contact": Result(lambda r: len(r.episodes("LF")), "contacts of the left flange", 1, "", 0.15),
     "n_right_flange_contact": Result(lambda r: len(r.episodes("RF")), "contacts of the right flange", 1),
@@ -126,6 +128,10 @@ def text_of_summary(raw: Raw) -> tuple[list[Line], list[str]]:
     lines += [Line(rf"^  {contact} (\S+) at (\S+) s", f"peak force [kN] of the {words} and its time [s]",
                    lambda w, c=contact: (KN*raw.peak(c)[0], raw.peak(c)[1]))
               for contact, words in WORDS.items() if raw.peak(contact)[0]]
+    for contact in "LF", "RF":
+        if (k := raw.first_peak(contact)) and (force := raw.c[f"N_{contact}"][k]) < raw.peak(contact)[0]:
+            lines.append(Line(rf"^  {contact}, first contact: (\S+) at (\S+) s", f"first peak [kN, s], {WORDS[contact]}",
+                              lambda w, force=force, k=k: (KN*force, raw.t[k])))
     for side, end in ("left", ""), ("right", "_right"):
         errors = [raw.settings(f"table_error_{place}{end}") for place in ("tread", "flange", "both", "going_over")]
         place = r"[a-z ]+ (\S+) \((\S+)\)\n"
@@ -175,6 +181,10 @@ def in_results(raw: Raw) -> dict[str, tuple[float, float, float] | None]:
     for contact in WORDS:
         n, t = raw.peak(contact)
         found |= {f"peak_N_{contact}": (n, 1e-8, 0), f"t_peak_{contact}": (t, 1e-8, 0)}
+    for contact in "LF", "RF":
+        k = raw.first_peak(contact)
+        found |= {f"first_peak_N_{contact}": (raw.c[f"N_{contact}"][k] if k else 0, 1e-8, 0),
+                  f"t_first_peak_{contact}": (raw.t[k] if k else 0, 1e-8, 0)}
     for way, column, sign in ("left", "Y", 1), ("right", "Y", -1), ("up", "Z", 1):
         found[f"farthest_{way}"] = raw.extreme(column, sign), 1e-4, 1e-7
         found[f"t_farthest_{way}"] = raw.t[int((sign*raw.c[column]).argmax())], 0, 2e-4
@@ -188,7 +198,7 @@ def in_csv(raw: Raw, key: str) -> tuple[float | None, str, float]:
     """A cell of summary.csv in SI: number, unit, error as a share."""
     if key in RESULTS:
         one = RESULTS[key]
-        units = {"t": "s", "F": "N", "p": "N", "Y": "m", "Z": "m", "a": "m", "r": "rad", "n": "", "s": "s"}
+        units = {"t": "s", "F": "N", "p": "N", "f": "N", "Y": "m", "Z": "m", "a": "m", "r": "rad", "n": "", "s": "s"}
         unit = {"drift": "J", "drift_relative": ""}[key] if key[0] == "d" else units[key[0]]
         rough = {"n_left_flange_contact", "n_left_wheel_lift_off", "t_derailment", "F_derailment"} if end_of_ramp(raw) else set()
         slack = one.slack if key in rough or key.startswith(("drift", "approach")) else max(one.slack, 1e-4)
@@ -197,7 +207,7 @@ def in_csv(raw: Raw, key: str) -> tuple[float | None, str, float]:
     k = raw.first_peak(contact) if contact in WORDS else None
     if key.startswith("t_peak_"):
         return raw.peak(contact)[1] or None, "s", 1e-6
-    if key.startswith("t_pmax_"):
+    if key.startswith(("t_pmax_", "t_first_peak_")):
         return None if k is None else raw.t[k], "s", 1e-6
     if key == "drift_reference":
         kinetic = sum(raw.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll"))

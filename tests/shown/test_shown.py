@@ -18,9 +18,9 @@ from ldbench.__main__ import main
 from ldbench.commands import COMMANDS
 from ldbench.geometry.pressures import run_patches
 from ldbench.plots.document import case_figures
+from ldbench.plots.energies import ramp_page
 from ldbench.plots.impact import impact_page
 from ldbench.plots.pressure_page import pressure_page
-from ldbench.plots.ramp import ramp_page
 from ldbench.plots.style import ldbench_style
 from ldbench.results.summary import summary_row
 from ldbench.viewer.film import Picture
@@ -72,7 +72,7 @@ def test_results_in_the_column_file(name: str, world: World):
     raw = raw_of(world, name)
     units = {"t": "s", "f": "m", "p": "N", "d": "J", "k": "J"}
     for key, unit in re.findall(r"^#   (\w+) = [^!\n]+?  ! ([^,\n]+)", raw.text[raw.text.index("# &results"):], re.MULTILINE):
-        assert unit == ("s" if key in ("step", "t") else units[key[0]]), key
+        assert unit == ("s" if key in ("step", "t") else "N" if "peak_N" in key else units[key[0]]), key
     entries = dict(re.findall(r"^#   (\w+) = ([^!\n]+?)(?:  !.*)?$", raw.text[raw.text.index("# &results"):], re.MULTILINE))
     for key, truth in table.in_results(raw).items():
         number = float(entries.pop(key))

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ldbench import Case, ContactTable, Error
-from ldbench._core import _flat
+from ldbench._core import flat
 
 RELATIVE = 2.3e-14      # tolerance; SciPy's least is 100 times the spacing of numbers at 1, 2.22e-14
 ABSOLUTE = 3e-14        # tolerance of one motion, in units of SIZES
@@ -17,7 +17,7 @@ SIZES = np.repeat([1e-2, 1.0], 3)       # of the motion [m, rad] and of its rate
 
 def rates_of(case: Case, table: ContactTable, motions: int = 1) -> Callable[[float, np.ndarray], np.ndarray]:
     """The rates of y, z of the axle, roll and their velocities, of several motions of one wheelset under one load, (6*motions,)."""
-    forces, handle = _flat.forces, table._handle        # ContactTable.force, 5 times faster for single poses
+    handle = table._handle      # flat.contact_values: ContactTable.force, 5 times faster for single poses
     inertia = np.array([[case.mass], [case.mass], [case.roll_inertia]])
     load = np.array([[case.lateral_force], [-table.weight], [0.0]])
     ramp = np.array([[case.lateral_ramp], [0.0], [0.0]])
@@ -25,7 +25,7 @@ def rates_of(case: Case, table: ContactTable, motions: int = 1) -> Callable[[flo
     def rates(t: float, x: np.ndarray) -> np.ndarray:
         x = x.reshape(6, motions)
         found = np.empty_like(x)
-        force, status = forces(handle, 0, x[0], x[1], x[2])
+        force, status = flat.contact_values(handle, 0, 3, x[0], x[1], x[2])
         found[:3] = x[3:]
         found[3:] = (force + load + ramp*t)/inertia
         if status.any():

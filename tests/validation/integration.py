@@ -1,7 +1,7 @@
 """Another integrator on the core's force: SciPy's DOP853 against the core's integrator."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ import ldbench
 from checks import Check, Section, absolute, limit
 from independent import SIZES, rates_of, start_of
 from ldbench import Case, ContactTable, Run
-from ldbench._core import _flat
+from ldbench._core import flat
 from ldbench_round.fingerprint import half_space_softness
 from sheets import Table
 
@@ -79,13 +79,15 @@ class Reference:
 
 def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float, max_step: float) -> Reference:
     """Integrate a case by DOP853 up to t_end; z is the axle's height."""
-    rates, contact_forces, handle = rates_of(case, table), _flat.contact_forces, table._handle
+    rates, handle = rates_of(case, table), table._handle
+
+    def force_of(contact: str, pose: Sequence[float]) -> np.ndarray:
+        k = 3*CONTACTS.index(contact)
+        return flat.contact_values(handle, 0, 12, *pose)[0][k:k + 3]
 
     def closes(contact: str) -> Callable[[float, np.ndarray], float]:
-        k = CONTACTS.index(contact)
-
         def sign(t: float, x: np.ndarray) -> float:
-            return 1.0 if contact_forces(handle, x[0], x[1], x[2])[0][:, k].any() else -1.0
+            return 1.0 if force_of(contact, x[:3]).any() else -1.0
 
         sign.direction = 1.0
         return sign
@@ -98,8 +100,7 @@ def integrate(case: Case, table: ContactTable, t_end: float, tolerance: float, m
     left, right, passages = found.t_events
 
     def on_flange(contact: str, t: float) -> bool:
-        y, z, roll = found.sol(min(t + JUST_AFTER, t_end))[:3]
-        force = contact_forces(handle, y, z, roll)[0][:, CONTACTS.index(contact)]
+        force = force_of(contact, found.sol(min(t + JUST_AFTER, t_end))[:3])
         side = 1 if contact == "LF" else -1
         return bool(np.arctan2(-side*force[0], force[1]) >= FLANGE_ANGLE)
 

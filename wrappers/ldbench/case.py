@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import f90nml
 import numpy as np
 
-from ._core import _flat
+from ._core import flat
 from ._core.calls import check, path_bytes, text, text_bytes
 from ._core.errors import BadType, BadValue, Error, MissingFile, UnknownName, unknown
 from ._core.files import DEFAULT_FOLDER, complete
-from ._core.notebook import html_table
+from ._core.wording import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -49,7 +49,7 @@ class Variable(NamedTuple):
 @functools.cache
 def variables() -> tuple[Variable, ...]:
     """All namelist variables, in the order of the core's list."""
-    return tuple(Variable(*line.split("\t")) for line in text(*_flat.describe_variables()).splitlines())
+    return tuple(Variable(*line.split("\t")) for line in text(*flat.describe_variables()).splitlines())
 
 
 @functools.cache
@@ -96,7 +96,7 @@ def find_variables(names: Iterable[str]) -> list[int]:
 class Case(Variables):
     """All namelist variables of a run; immutable.
 
-        case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the benchmark's values
+        case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the defaults of a namelist
 
     Variables are attributes, by their namelist names in any case of letters: `case.dt`, `case.vY`. Where two
     groups share a name, and anywhere else if you like, the group goes before it: `case.output_file`,
@@ -174,7 +174,7 @@ class Case(Variables):
 
     @classmethod
     def _read(cls, label: str, source: str | None) -> Case:
-        numbers, words, message, length = _flat.read_namelist(
+        numbers, words, message, length = flat.read_namelist(
             path_bytes(label), int(source is not None), _words(source or ""), len(variables()))
         check(message, length)
         folder = Path(label).resolve().parent if source is None else None
@@ -188,7 +188,7 @@ class Case(Variables):
 
     def _check(self) -> None:
         """Raise the core's Error where a value is out of range or does not fit the others."""
-        check(*_flat.check_values(path_bytes(self.label), *self.arrays()))
+        check(*flat.check_values(path_bytes(self.label), *self.arrays()))
 
     def _refuse(self) -> None:
         """As `_check`, of values that are arguments: the Error is a ValueError too."""
@@ -201,7 +201,7 @@ class Case(Variables):
 
     def check_writable(self, variable: str, path: str | os.PathLike[str]) -> None:
         """Check before a run that the file of a variable such as '&output file' can be written."""
-        check(*_flat.check_writable(*map(path_bytes, (self.label, variable, path))))
+        check(*flat.check_writable(*map(path_bytes, (self.label, variable, path))))
 
     def _with(self, changes: Changes) -> Case:
         """A case with other values, before the core has checked them."""
@@ -347,7 +347,7 @@ def _property(k: int, variable: Variable) -> property:
         return case.values[k]
 
     def title(case: Case) -> Value:
-        return case.values[k] or text(*_flat.describe_case(*case.arrays()))
+        return case.values[k] or text(*flat.describe_case(*case.arrays()))
 
     unit = f" [{variable.unit}]" if variable.unit not in ("", "1") else ""
     words = f"{variable.name}{unit}: {variable.meaning}. Expected is {variable.range}; the default is {variable.default.strip()} "
@@ -361,7 +361,7 @@ for _k, _variable in enumerate(variables()):
 @functools.cache
 def defaults() -> tuple[Value, ...]:
     """The benchmark's value of every variable."""
-    numbers, words, message, length = _flat.read_namelist(b"case", 1, b"&case /", len(variables()))
+    numbers, words, message, length = flat.read_namelist(b"case", 1, b"&case /", len(variables()))
     check(message, length)
     return tuple(_unpack(numbers, bytes(words)))
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ._core import _flat
+from ._core import flat
 from ._core.calls import Handle
 
 GEOMETRY_PITCH = 1e-4       # between rows of geometry functions [m]
@@ -28,13 +28,13 @@ def geometry_rows(handle: Handle, y: np.ndarray) -> np.ndarray:
     The last row is the equivalent conicity for the amplitude |y| by harmonic linearisation, from rows that are about
     GEOMETRY_PITCH apart. A column is NaN where the rigid wheelset does not stand on both rails.
     """
-    rows = np.vstack([_flat.geometry_functions(handle, y), np.full(y.size, np.nan)])
+    rows = np.vstack([flat.geometry_rows(handle, y), np.full(y.size, np.nan)])
     stands = np.isfinite(rows[0])
     if stands.any():
         reach = float(np.max(np.abs(y[stands])))
         n = max(2, round(reach/GEOMETRY_PITCH))
         step = max(reach, GEOMETRY_PITCH)/n
-        even = _flat.geometry_functions(handle, step*np.arange(-n, n + 1.0))
+        even = flat.geometry_rows(handle, step*np.arange(-n, n + 1.0))
         if np.isfinite(even).all():
             rows[-1, stands] = linearised_conicity(np.maximum(np.abs(y[stands]), step), even[0], even[7])
     return rows
@@ -56,7 +56,7 @@ def rolled_rows(handle: Handle, y: np.ndarray, raised: tuple[float, float] = (0.
     The roll angle is the least one at which both wheels touch; a column is NaN where there is none.
     """
     if raised == (0.0, 0.0):
-        return _flat.geometry_functions(handle, y)
+        return flat.geometry_rows(handle, y)
 
     def difference(at: np.ndarray, phi: np.ndarray) -> np.ndarray:
         """Height at which the left wheel touches less the one of the right wheel, at places `at` of y and roll angles [m]. A
@@ -75,8 +75,8 @@ def rolled_rows(handle: Handle, y: np.ndarray, raised: tuple[float, float] = (0.
 def both_wheels(handle: Handle, y: np.ndarray, roll: np.ndarray, raised: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Contacts of the left and the right wheel alone at a roll angle, rows of `wheel_contacts`."""
     # A surface that is raised in the wheelset touches as the surface of the case does with the axle elsewhere.
-    left = _flat.wheel_contacts(handle, 1, y - raised[0]*np.sin(roll), roll)
-    right = _flat.wheel_contacts(handle, 2, -y + raised[1]*np.sin(roll), -roll)
+    left = flat.wheel_contacts(handle, 1, y - raised[0]*np.sin(roll), roll)
+    right = flat.wheel_contacts(handle, 2, -y + raised[1]*np.sin(roll), -roll)
     left[0] -= raised[0]*np.cos(roll)
     right[0] -= raised[1]*np.cos(roll)
     return left, right
@@ -124,7 +124,7 @@ def gathered(y: np.ndarray, roll: np.ndarray, left: np.ndarray, right: np.ndarra
 
 def linearised_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarray) -> np.ndarray:
     """Equivalent conicity for amplitudes [m] by harmonic linearisation; NaN where y does not hold the motion."""
-    return _flat.linearised_conicities(y, delta_r, amplitude)
+    return flat.linearised_conicities(y, delta_r, amplitude)
 
 
 def equivalent_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ._core import _flat
+from ._core import flat
 from ._core.calls import Handle
 from ._core.errors import BadValue, Error
 from .case import Case
@@ -176,7 +176,7 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
     y, z, roll = (float(number) for number in pose)
     turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
     sign = 1 if side == "left" else -1
-    n, ok, p, point, facts, total = _flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]),
+    n, ok, p, point, facts, total = flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]),
                                                     elements//4, elements, MOST_PATCHES)
     if not ok:
         raise Error(f"{case.label}: expected pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad, found a half-space "

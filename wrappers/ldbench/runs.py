@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._core import _flat
+from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
 from ._core.errors import Error, Warning
 from ._core.files import DEFAULT_FOLDER, check_written, complete
-from ._core.notebook import html_table
-from ._core.units import Units
-from ._core.wording import counted
+from ._core.wording import counted, html_table
 from .case import Case, variables
 from .results.header import parse_header
 from .results.quantities import CONTACT_NAMES
@@ -136,7 +134,7 @@ class ComputedRun(Run):
     def __init__(self, table: ContactTable, handle: Handle) -> None:
         """handle: the run, which the core integrated with that table."""
         vars(self).update(table=table, handle=handle)
-        listing, length, self.seconds = _flat.run_comments(table._handle, handle)
+        listing, length, self.seconds = flat.run_comments(table._handle, handle)
         self.comments = text(listing, length)
         before, _, after = self.comments.partition("\x1c\n")
         super().__init__(Path(output_path(table.case)), header=parse_header(before.splitlines(), after.splitlines()),
@@ -152,7 +150,7 @@ class ComputedRun(Run):
     @functools.cached_property
     def text(self) -> str:
         """The summary that the executable prints."""
-        return text(*_flat.run_summary(self.table._handle, self.handle))
+        return text(*flat.run_summary(self.table._handle, self.handle))
 
     @functools.cached_property
     def table(self) -> ContactTable:
@@ -172,17 +170,17 @@ class ComputedRun(Run):
         """Copy the columns from the core."""
         import pandas as pd
 
-        values = _flat.run_columns(self.handle, *_flat.run_size(self.handle))
+        values = flat.run_columns(self.handle, *flat.run_size(self.handle))
         names, units = (line.split()[:len(values)] for line in descriptions()[:2])
         frame = pd.DataFrame(values.T, columns=names, copy=False)
-        frame.attrs["units"] = Units(zip(names, units, strict=True))
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
     def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
         if path is None:
             check_own_file(self.case, "a path, or another output_file in `replace`")
         path = os.fspath(path or self.file)
-        message, length = _flat.write_run(self.table._handle, self.handle, path_bytes(path), path_bytes(geometry))
+        message, length = flat.write_run(self.table._handle, self.handle, path_bytes(path), path_bytes(geometry))
         check(message, length, self.case.label)
         return path
 
@@ -208,9 +206,9 @@ def compute(case: Case, progress: Progress | bool | None = None, table: ContactT
     fitting = table.for_case(case) if table else ContactTable.quiet(case, progress)
 
     def work(shared: Shared) -> ComputedRun:
-        address, message, length = _flat.simulate_case(fitting._handle, *shared)
+        address, message, length = flat.simulate_case(fitting._handle, *shared)
         check(message, length, case.label)
-        return ComputedRun(fitting, Handle(_flat.free_run, address))
+        return ComputedRun(fitting, Handle(flat.free_run, address))
 
     done = watched(work, progress)
     log.info("%r, %.2f s of processor time", done, done.seconds)

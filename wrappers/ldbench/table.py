@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import math
 import os
 import threading
 import warnings
@@ -13,11 +14,10 @@ from typing import TYPE_CHECKING, Literal, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import _flat
+from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
 from ._core.errors import BadValue, Error, Warning
-from ._core.notebook import html_table
-from ._core.units import Units
+from ._core.wording import counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
@@ -108,7 +108,8 @@ class ContactTable:
         A process builds one table at a time, whatever its threads. Every line of `warnings` is a `ldbench.Warning`.
         """
         self._make(Case.given(case), progress)
-        self._warn()
+        for words in self.warnings:
+            warnings.warn(words, Warning, stacklevel=2)
 
     @classmethod
     def quiet(cls, case: Case, progress: Progress | bool | None = None) -> ContactTable:
@@ -122,9 +123,9 @@ class ContactTable:
 
         def work(shared: Shared) -> None:
             with _table_file:
-                address, message, length = _flat.prepare_case(*case.arrays(), paths, *shared)
+                address, message, length = flat.prepare_case(*case.arrays(), paths, *shared)
             check(message, length, case.label)
-            self._own(case, Handle(_flat.free_prepared, address))
+            self._own(case, Handle(flat.free_prepared, address))
 
         watched(work, progress)
         log.info("%s: %r", case.label, self)
@@ -132,7 +133,7 @@ class ContactTable:
     def _own(self, case: Case, handle: Handle) -> None:
         self.case, self._handle = case, handle
         (self.clearance, self.clearance_right, self.equilibrium, self.equilibrium_roll, self.rigid_height, y, z, roll,
-         self.weight, self.seconds, found, *frequencies) = _flat.prepared_numbers(handle).tolist()
+         self.weight, self.seconds, found, *frequencies) = flat.prepared_numbers(handle).tolist()
         self.rest, self.frequencies, self.found = (y, z, roll), tuple(frequencies), bool(found)
         self.approach, self.load_per_wheel = self.rigid_height - self.equilibrium, self.weight/2
 
@@ -145,10 +146,10 @@ class ContactTable:
             if (ours := self.case.values[k]) != (theirs := case.values[k]):
                 raise Error(f"{case.label}, &{variables()[k].group} {variables()[k].name}: expected {ours!r}, "
                             f"for which the contact table was made, found {theirs!r}")
-        address, message, length = _flat.adapt_case(self._handle, *case.arrays(), located(case))
+        address, message, length = flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)
         new = object.__new__(ContactTable)
-        new._own(case, Handle(_flat.free_prepared, address, self._handle))
+        new._own(case, Handle(flat.free_prepared, address, self._handle))
         return new
 
     def __copy__(self) -> ContactTable:
@@ -177,7 +178,7 @@ class ContactTable:
         return self._accuracy(2)
 
     def _accuracy(self, side: int) -> dict[str, Accuracy]:
-        numbers, _ = _flat.table_accuracy(self._handle, side)
+        numbers, _ = flat.table_accuracy(self._handle, side)
         return {place: Accuracy(int(poses), rms, largest)
                 for place, (poses, rms, largest) in zip(PLACES, numbers.T.tolist(), strict=True) if poses}
 
@@ -185,44 +186,39 @@ class ContactTable:
     def solutions(self) -> tuple[int, int, int]:
         """Half-space solutions in the left wheel's table, those that did not converge, and those that its error is
         measured by and did not converge."""
-        return tuple(_flat.table_accuracy(self._handle, 1)[1].tolist())
+        return tuple(flat.table_accuracy(self._handle, 1)[1].tolist())
 
     @property
     def solutions_right(self) -> tuple[int, int, int]:
         """Half-space solutions in the right wheel's table, as `solutions`."""
-        return tuple(_flat.table_accuracy(self._handle, 2)[1].tolist())
+        return tuple(flat.table_accuracy(self._handle, 2)[1].tolist())
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the profiles and the table do not fulfil, in a line each."""
-        lines = text(*_flat.prepared_warnings(self._handle)).splitlines()
+        lines = text(*flat.prepared_warnings(self._handle)).splitlines()
         return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
-
-    def _warn(self) -> None:
-        """Warn at the line that calls the caller of this method."""
-        for words in self.warnings:
-            warnings.warn(words, Warning, stacklevel=3)
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:
         """Elastic energy, shape (...) [J]."""
-        return self._evaluate(_flat.potentials, (), (y, z, roll), outside, _number(wheel))
+        return self._evaluate((), (y, z, roll), outside, wheel)
 
     def force(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both", outside: Outside = "raise") -> np.ndarray:
         """Force of the rails on the wheels, shape (..., 3): F_y, F_z [N], moment M_x about the axle centre [N m].
 
         It is minus the gradient of `potential`.
         """
-        return self._evaluate(_flat.forces, (3,), (y, z, roll), outside, _number(wheel))
+        return self._evaluate((3,), (y, z, roll), outside, wheel)
 
     def tangent(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both", outside: Outside = "raise") -> np.ndarray:
         """Tangent stiffness, shape (..., 3, 3): second derivatives of `potential` in (y, z, roll) [N/m, N, N m]."""
-        hessian = self._evaluate(_flat.tangents, (6,), (y, z, roll), outside, _number(wheel))
+        hessian = self._evaluate((6,), (y, z, roll), outside, wheel)
         return hessian[..., [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
     def forces_by_contact(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, outside: Outside = "raise") -> np.ndarray:
         """`force` of each contact, shape (..., 4, 3): left tread, left flange, right tread, right flange."""
-        return self._evaluate(_flat.contact_forces, (4, 3), (y, z, roll), outside)
+        return self._evaluate((4, 3), (y, z, roll), outside)
 
     def pressure(self, y: float, z: float, roll: float, elements: int = ELEMENTS) -> list[Patch]:
         """Pressed patches of all contacts in one pose, solved anew for half-spaces, not from the table: pressure on a grid,
@@ -237,19 +233,18 @@ class ContactTable:
         loads = {name: load(name, *force[:2]) for name, force in zip(CONTACTS, forces, strict=True)}
         return press(self._handle, self.case, (y, z, roll), elements=elements, loads=loads)
 
-    def _evaluate(self, procedure: Callable[..., tuple[np.ndarray, np.ndarray]], shape: tuple[int, ...],
-                  pose: tuple[ArrayLike, ...], outside: Outside, *wheel: int) -> np.ndarray:
-        """Call a procedure of the core for all poses at once; it gives values of `shape` for each."""
+    def _evaluate(self, shape: tuple[int, ...], pose: tuple[ArrayLike, ...], outside: Outside, wheel: Wheel = "both") -> np.ndarray:
+        """The values of this shape for each pose, which the core tells apart by their number."""
         if self.case.formulation != "elastic":
             raise Error(f"{self.case.label}, &contact formulation: expected 'elastic', which has a contact table, "
                         f"found {self.case.formulation!r}")
         if outside not in ("raise", "nan"):
             raise BadValue(f"expected outside='raise' or 'nan', found {outside!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in pose))
-        poses = [np.ascontiguousarray(x).ravel() for x in arrays]
-        if not poses[0].size:
+        y, z, roll = poses = [np.ascontiguousarray(x).ravel() for x in arrays]
+        if not y.size:
             return np.empty((*arrays[0].shape, *shape))
-        values, status = procedure(self._handle, *wheel, *poses)
+        values, status = flat.contact_values(self._handle, _number(wheel), math.prod(shape), y, z, roll)
         values = values.T               # the core has the pose last
         if status.any():
             if outside == "raise":
@@ -287,35 +282,45 @@ class ContactTable:
         names, units = (line.split() for line in descriptions()[2:4])
         frame = pd.DataFrame(rows.T, columns=names)
         frame["Y"] = y
-        frame.attrs["units"] = Units(zip(names, units, strict=True))
+        frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
         """Write the geometry functions as the executable does for `&output geometry_file`."""
-        message, length = _flat.write_geometry_file(self._handle, path_bytes(path))
+        message, length = flat.write_geometry_file(self._handle, path_bytes(path))
         check(message, length, self.case.label)
 
-    def clearance_words(self, times: str) -> str:
+    @property
+    def clearance_words(self) -> str:
         """'2 x 10.180', or of either side [mm]."""
         left, right = 1e3*self.clearance, 1e3*self.clearance_right
-        return f"2 {times} {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+        return f"2 x {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+
+    def lines(self) -> list[str]:
+        """What there is to say of the rigid and the resting wheelset and of the table's error, line by line."""
+        case, stiffness, made = self.case, "", f"formulation {self.case.formulation}: rigid contacts, no contact table"
+        if case.formulation == "elastic":
+            stiffness = f", vertical stiffness {1e-6*self.tangent(0.0, self.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
+            made = (f"contact table: model {case.model}, {'found' if self.found else f'built in {self.seconds:.2f} s'}, "
+                    + (case.table_path() or "not kept in a file"))
+        sides = [("", self.accuracy), ("right ", self.accuracy_right)][:1 + (self.accuracy_right != self.accuracy)]
+        return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
+                f"equilibrium: axle {self.equilibrium:.6f} m above the rails, approach {1e3*self.approach:.4f} mm, "
+                f"{1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made,
+                *(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
+                  f"at {counted(error.poses, 'pose')}" for side, errors in sides for place, error in errors.items())]
 
     def __repr__(self) -> str:
         made = "from its file" if self.found else f"built in {self.seconds:.2f} s"
         elastic = self.case.formulation == "elastic"
         kind = f"{self.case.model}, {made}" if elastic else f"none, as contacts are {self.case.formulation}"
-        return f"ContactTable({profile_names(self.case)}: {kind}; clearance {self.clearance_words('x')} mm)"
+        return f"ContactTable({profile_names(self.case)}: {kind}; clearance {self.clearance_words} mm)"
 
     def _repr_html_(self) -> str:
         """What the table says of the rigid and the resting wheelset, for a notebook."""
-        case = self.case
-        return html_table(f"contact table, {case.model}", [
-            ("profiles", profile_names(case)), ("rigid-axle clearance", self.clearance_words("×") + " mm"),
-            ("axle at rest", f"{self.equilibrium:.6f} m above the rails"),
-            ("elastic approach at rest", f"{1e3*self.approach:.4f} mm"), ("load per wheel", f"{1e-3*self.load_per_wheel:.3f} kN"),
-            ("eigenfrequencies at rest", ", ".join(f"{f:.4f}" for f in self.frequencies) + " Hz"),
-            *((f"error, {place}", f"rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN)")
-              for place, error in self.accuracy.items()), ("file", case.table_path() or "not kept in a file")])
+        frequencies = f"eigenfrequencies at rest [Hz]: {', '.join(f'{f:.4f}' for f in self.frequencies)}"
+        return html_table(f"contact table, {self.case.model}",
+                          [tuple(line.split(": ", 1)) for line in (*self.lines(), frequencies)])
 
 
 def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
@@ -351,9 +356,9 @@ def located(case: Case) -> bytes:
 
 def rigid_geometry(case: Case) -> Handle:
     """The profiles of a case in their places, without a contact table."""
-    address, message, length = _flat.prepare_rigid_case(*case.arrays(), located(case))
+    address, message, length = flat.prepare_rigid_case(*case.arrays(), located(case))
     check(message, length, case.label)
-    return Handle(_flat.free_prepared, address)
+    return Handle(flat.free_prepared, address)
 
 
 def profile_names(case: Case) -> str:

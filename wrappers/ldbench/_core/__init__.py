@@ -14,3 +14,5 @@ def leave(number: int, frame: object) -> None:
 
 if sys.argv[:1] == ["-m"] and "ldbench" in sys.orig_argv and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, leave)
+
+from ._flat import flat as flat  # noqa: E402  # the handler of Ctrl-C comes first

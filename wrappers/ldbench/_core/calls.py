@@ -11,7 +11,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from . import _flat
+from . import flat
 from .errors import Error, error_of
 
 Result = TypeVar("Result")
@@ -36,7 +36,7 @@ def check(message: bytes, length: int, label: str = "") -> None:
 @functools.cache
 def descriptions() -> list[str]:
     """Names and units of the columns, of the geometry columns, one line each; kinds of events; version."""
-    return text(*_flat.describe_results()).splitlines()
+    return text(*flat.describe_results()).splitlines()
 
 
 def version() -> str:

@@ -1,6 +1,6 @@
 """Types of the variables of a case, for type checkers. docs/make_tables.py makes this file of the core's list."""
 from os import PathLike
-from typing import Final, TypedDict
+from typing import Final, Literal, TypedDict
 
 class Variables:
     name: Final[str]
@@ -54,22 +54,22 @@ class Variables:
     initial_vZ: Final[float]
     roll_rate: Final[float]
     initial_roll_rate: Final[float]
-    roll_link: Final[str]
-    initial_roll_link: Final[str]
+    roll_link: Final[Literal["none", "rails"]]
+    initial_roll_link: Final[Literal["none", "rails"]]
     pitch_rate: Final[float]
     initial_pitch_rate: Final[float]
     lateral_force: Final[float]
     loading_lateral_force: Final[float]
     lateral_ramp: Final[float]
     loading_lateral_ramp: Final[float]
-    formulation: Final[str]
-    contact_formulation: Final[str]
+    formulation: Final[Literal["elastic", "bilateral", "unilateral"]]
+    contact_formulation: Final[Literal["elastic", "bilateral", "unilateral"]]
     restitution: Final[float]
     contact_restitution: Final[float]
-    model: Final[str]
-    contact_model: Final[str]
-    influence: Final[str]
-    contact_influence: Final[str]
+    model: Final[Literal["halfspace", "strip", "hertz"]]
+    contact_model: Final[Literal["halfspace", "strip", "hertz"]]
+    influence: Final[Literal["local", "flat", "apart"]]
+    contact_influence: Final[Literal["local", "flat", "apart"]]
     flange_angle: Final[float]
     contact_flange_angle: Final[float]
     stiffness_scale: Final[float]
@@ -92,8 +92,8 @@ class Variables:
     table_n_roll: Final[int]
     n_depth: Final[int]
     table_n_depth: Final[int]
-    scheme: Final[str]
-    integrator_scheme: Final[str]
+    scheme: Final[Literal["newmark", "energy"]]
+    integrator_scheme: Final[Literal["newmark", "energy"]]
     order: Final[int]
     integrator_order: Final[int]
     beta: Final[float]
@@ -104,8 +104,8 @@ class Variables:
     integrator_dt: Final[float]
     t_end: Final[float]
     integrator_t_end: Final[float]
-    stop_at: Final[str]
-    integrator_stop_at: Final[str]
+    stop_at: Final[Literal["t_end", "return_to_centre", "derailment"]]
+    integrator_stop_at: Final[Literal["t_end", "return_to_centre", "derailment"]]
     energy_tolerance: Final[float]
     integrator_energy_tolerance: Final[float]
     tolerance: Final[float]
@@ -117,8 +117,8 @@ class Variables:
     output_file: Final[str]
     interval: Final[float]
     output_interval: Final[float]
-    rows: Final[str]
-    output_rows: Final[str]
+    rows: Final[Literal["interval_and_events", "interval"]]
+    output_rows: Final[Literal["interval_and_events", "interval"]]
     geometry_file: Final[str]
     output_geometry_file: Final[str]
 
@@ -174,22 +174,22 @@ class Values(TypedDict, total=False):
     initial_vZ: float
     roll_rate: float
     initial_roll_rate: float
-    roll_link: str
-    initial_roll_link: str
+    roll_link: Literal["none", "rails"]
+    initial_roll_link: Literal["none", "rails"]
     pitch_rate: float
     initial_pitch_rate: float
     lateral_force: float
     loading_lateral_force: float
     lateral_ramp: float
     loading_lateral_ramp: float
-    formulation: str
-    contact_formulation: str
+    formulation: Literal["elastic", "bilateral", "unilateral"]
+    contact_formulation: Literal["elastic", "bilateral", "unilateral"]
     restitution: float
     contact_restitution: float
-    model: str
-    contact_model: str
-    influence: str
-    contact_influence: str
+    model: Literal["halfspace", "strip", "hertz"]
+    contact_model: Literal["halfspace", "strip", "hertz"]
+    influence: Literal["local", "flat", "apart"]
+    contact_influence: Literal["local", "flat", "apart"]
     flange_angle: float
     contact_flange_angle: float
     stiffness_scale: float
@@ -212,8 +212,8 @@ class Values(TypedDict, total=False):
     table_n_roll: int
     n_depth: int
     table_n_depth: int
-    scheme: str
-    integrator_scheme: str
+    scheme: Literal["newmark", "energy"]
+    integrator_scheme: Literal["newmark", "energy"]
     order: int
     integrator_order: int
     beta: float
@@ -224,8 +224,8 @@ class Values(TypedDict, total=False):
     integrator_dt: float
     t_end: float
     integrator_t_end: float
-    stop_at: str
-    integrator_stop_at: str
+    stop_at: Literal["t_end", "return_to_centre", "derailment"]
+    integrator_stop_at: Literal["t_end", "return_to_centre", "derailment"]
     energy_tolerance: float
     integrator_energy_tolerance: float
     tolerance: float
@@ -237,7 +237,7 @@ class Values(TypedDict, total=False):
     output_file: str | PathLike[str]
     interval: float
     output_interval: float
-    rows: str
-    output_rows: str
+    rows: Literal["interval_and_events", "interval"]
+    output_rows: Literal["interval_and_events", "interval"]
     geometry_file: str | PathLike[str]
     output_geometry_file: str | PathLike[str]

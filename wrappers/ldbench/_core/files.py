@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .errors import Error
+from .errors import UNREADABLE, Error, error_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,6 +22,29 @@ DEFAULT_FOLDER = "outputs"        # of outputs that are given no name; no other 
 
 def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
+
+
+def read_text(path: Path) -> str:
+    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
+    if path.is_dir():
+        raise Error(f"{path}: expected a file, found a folder; name a file in it")
+    data = read_bytes(path)
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = data.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_bytes(path: Path) -> bytes:
+    """The contents of a file; Error where it cannot be read."""
+    try:
+        return path.read_bytes()
+    except (OSError, ValueError):           # ValueError: a name with a zero byte
+        raise error_of(f"{path}: {UNREADABLE}") from None
 
 
 @contextmanager

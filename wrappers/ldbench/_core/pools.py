@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from itertools import islice
 from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
 
@@ -18,6 +19,7 @@ from .errors import Error
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
+AHEAD = 3                   # tasks of a worker, so that it has some while this process hands on what is done
 PATIENCE = 0.2              # between looks for Ctrl-C [s]: one that comes just before a wait begins does not end it
 PROCESS_DIED = "a worker process died, probably out of memory"
 FORKS = sys.platform == "linux"     # Windows has no fork; libraries of macOS, Accelerate among them, may hang in a forked process
@@ -29,7 +31,21 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], workers: int) -> Iterator[tuple[Task, Result]]:
+def as_they_come(submit: Callable[[Task], Future[Result]], tasks: Iterable[Task],
+                 workers: Callable[[], int]) -> Iterator[tuple[Task, Result]]:
+    """Hand in tasks, no more than keep the workers busy; each task and its result, as they come."""
+    waiting = iter(tasks)
+    going: dict[Future[Result], Task] = {}
+    while True:
+        for task in islice(waiting, max(0, AHEAD*workers() - len(going))):
+            going[submit(task)] = task
+        if not going:
+            return
+        for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
+            yield going.pop(future), future.result()
+
+
+def in_threads(work: Callable[[Task, Progress], Result], tasks: Iterable[Task], workers: int) -> Iterator[tuple[Task, Result]]:
     """Do `work(task, tell)` in threads, in the order of the tasks; each task and its result, as they come.
 
     When one fails with an Error, those at work are waited for, the others are not begun. At Ctrl-C `tell`, which runs
@@ -41,12 +57,9 @@ def in_threads(work: Callable[[Task, Progress], Result], tasks: Sequence[Task], 
         if stop.is_set():
             raise Error("stopped")
 
-    with ThreadPoolExecutor(max(1, min(workers, len(tasks)))) as pool:
+    with ThreadPoolExecutor(workers, "ldbench") as pool:
         try:
-            going = {pool.submit(work, task, tell): task for task in tasks}
-            while going:
-                for future in wait(going, PATIENCE, FIRST_COMPLETED).done:
-                    yield going.pop(future), future.result()
+            yield from as_they_come(lambda task: pool.submit(work, task, tell), tasks, lambda: workers)
         except BaseException as error:
             if not isinstance(error, Error):
                 stop.set()

@@ -10,9 +10,8 @@ import argparse
 import textwrap
 from dataclasses import asdict
 
-from .._core.wording import counted
 from ..case import Case
-from ..table import ContactTable, profile_names
+from ..table import ContactTable
 from .options import add_json, add_output, add_set, print_json, settings
 
 WIDTH = 100         # longest line on the terminal [characters], as in fortran/program/run_results.f90
@@ -35,10 +34,12 @@ def main(args: argparse.Namespace) -> int:
         table.write_geometry(args.output)
     if args.json:
         print_json(facts(table), table.warnings)
-    else:
-        describe(table)
-        if args.output:
-            print(f"geometry functions: {args.output}")
+        return 0
+    print(f"{case.case_name}: {case.title}", *table.lines(), sep="\n")
+    for words in table.warnings:
+        print(textwrap.fill(f"warning: {words}", WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
+    if args.output:
+        print(f"geometry functions: {args.output}")
     return 0
 
 
@@ -52,28 +53,3 @@ def facts(table: ContactTable) -> dict[str, object]:
         "seconds": table.seconds, "file": table.case.table_path(),
         "error": {side: {place: asdict(error) for place, error in errors.items()}
                   for side, errors in (("left", table.accuracy), ("right", table.accuracy_right))}}
-
-
-def describe(table: ContactTable) -> None:
-    """Print the properties of the table, and warnings."""
-    case = table.case
-    elastic = case.formulation == "elastic"
-    stiffness = ""
-    if elastic:
-        stiffness = f", vertical stiffness {1e-6*table.tangent(0.0, table.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
-    print(f"{case.case_name}: {case.title}",
-          f"profiles: {profile_names(case)}",
-          f"rigid-axle clearance [mm]: {table.clearance_words('x')}",
-          f"equilibrium: axle {table.equilibrium:.6f} m above the rails, "
-          f"approach {1e3*table.approach:.4f} mm, {1e-3*table.load_per_wheel:.3f} kN per wheel{stiffness}",
-          f"formulation {case.formulation}: rigid contacts, no contact table" if not elastic else
-          f"contact table: model {case.model}, {'found' if table.found else f'built in {table.seconds:.2f} s'}"
-          + (f", {case.table_path()}" if case.table_path() else ", not kept in a file"), sep="\n")
-    for side, errors in ("", table.accuracy), ("right ", table.accuracy_right):
-        if side and errors == table.accuracy:
-            continue
-        for place, error in errors.items():
-            print(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
-                  f"at {counted(error.poses, 'pose')}")
-    for words in table.warnings:
-        print(textwrap.fill(f"warning: {words}", WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))

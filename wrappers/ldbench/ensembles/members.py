@@ -20,30 +20,14 @@ from ..results.events import event_kinds
 from ..runs import Run, compute
 from ..table import ContactTable, bound_places
 
+Member = Case | str                 # a case before the core has checked its values, or why they are no values at all
 Record = dict[str, Any]             # what is kept of a run, by name; of one that failed its `error` alone
 TableKey = tuple[object, ...]       # equal for cases that share a contact table
-Coordinates = dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]
+Group = tuple[TableKey | None, Case | None, list[int]]
+Coordinates = dict[str, tuple[str, np.ndarray, dict[str, str]]]
 
 OCCURRENCES = 5                     # of each kind of event that a run lists
 EVENTS = "event_time", "event_force"
-
-
-class Member(NamedTuple):
-    """One run of an ensemble: a case, which many members share, with other values of some variables."""
-
-    base: Case
-    changes: tuple[tuple[str, Value], ...] = ()
-
-    def case(self) -> Case:
-        """Raises Error where the values are refused."""
-        return self.base.replace(dict(self.changes)) if self.changes else self.base
-
-    def unchecked(self) -> Case:
-        """The case before its values are checked, for names and keys; the shared case where they are no values at all."""
-        try:
-            return self.base._with(dict(self.changes))
-        except Error:
-            return self.base
 
 
 class Wanted(NamedTuple):
@@ -61,19 +45,26 @@ def plan(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]], n: in
             raise BadValue("ensemble: expected one case with `over` and n, found a list of cases")
         if not case:
             raise BadValue("ensemble: expected at least one case, found none")
-        return [Member(each) for each in case], {"member": len(case)}, {}
+        return list(case), {"member": len(case)}, {}
     known = {name: variables()[k] for name, k in zip(over, find_variables(over), strict=True)}
     if n is None:
-        points: Iterable[tuple[Value, ...]] = itertools.product(*over.values())
+        points: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
         dims, values = {name: len(listed) for name, listed in over.items()}, over
-        if not all(dims.values()):
+        if not points:
             raise BadValue("ensemble: expected at least one value of every variable, found none")
     else:
         points = draws(over, n, seed, draw)
         dims, values = {"member": n}, dict(zip(over, zip(*points, strict=True), strict=True))
-    coordinates: Coordinates = {name: ((name if n is None else "member",), np.array(listed),
-                          {"units": known[name].unit or "1", "long_name": known[name].meaning}) for name, listed in values.items()}
-    return [Member(case, tuple(zip(over, point, strict=True))) for point in points], dims, coordinates
+
+    def member(point: tuple[Value, ...]) -> Member:
+        try:
+            return case._with(dict(zip(over, point, strict=True)))
+        except Error as error:
+            return str(error)
+
+    coordinates: Coordinates = {name: (name if n is None else "member", np.array(listed), {
+        "units": known[name].unit or "1", "long_name": known[name].meaning}) for name, listed in values.items()}
+    return [member(point) for point in points], dims, coordinates
 
 
 def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> list[tuple[float, ...]]:
@@ -137,58 +128,43 @@ def table_keys() -> Callable[[Case], TableKey]:
 def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
     """The key of each member; it changes with anything that the result depends on."""
     table, tail = table_keys(), json.dumps([program_digest(), *wanted])
-
-    def key(member: Member) -> str:
-        case = member.unchecked()
-        refused = member.changes if case is member.base else ()
-        return digest((json.dumps([case.values, refused, table(case)], default=str) + tail).encode())[:32]
-
-    return [key(member) for member in members]
+    return [digest((json.dumps([member] if isinstance(member, str) else [member.values, table(member)]) + tail).encode())
+            for member in members]
 
 
-class Group(NamedTuple):
-    """Members that share a contact table."""
-
-    key: TableKey
-    numbers: list[int]
-    case: Case | None           # to build the table for, with the file that holds it or none; None if all members are refused
-
-
-def groups_of(members: Sequence[Member], numbers: Iterable[int], base: Case | None = None) -> Iterator[Group]:
-    """The numbered members by table. A table file holds the table of the first case that names it, `base` before all."""
+def groups_of(members: Sequence[Member], missing: Iterable[int], base: object) -> Iterator[Group]:
+    """Members that share a contact table: its key, the case to build it for, None if all are refused, and their numbers. A table
+    file holds the table of the first case that names it, `base` before all."""
     key = table_keys()
-    files = {base.table_file: key(base)} if base else {}
-    found: dict[TableKey, list[int]] = {}
-    for number in numbers:
-        found.setdefault(key(members[number].unchecked()), []).append(number)
-    for table, own in found.items():
-        case = next(filter(None, map(_accepted, (members[number] for number in own))), None)
+    files: dict[str, TableKey | None] = {base.table_file: key(base)} if isinstance(base, Case) else {}
+    found: dict[TableKey | None, list[int]] = {}
+    for number in missing:
+        member = members[number]
+        found.setdefault(None if isinstance(member, str) else key(member), []).append(number)
+    for table, numbers in found.items():
+        case = next(filter(None, (accepted(members[number]) for number in numbers)), None)
         if case and files.setdefault(case.table_file, table) != table:
             case = case.replace(table_file="")
-        yield Group(table, own, case)
+        yield table, case, numbers
 
 
-def _accepted(member: Member) -> Case | None:
+def accepted(member: Member) -> Case | None:
+    """The case of a member; None where its values are refused."""
+    with suppress(Error):
+        return None if isinstance(member, str) else member.replace()
+    return None
+
+
+def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
+               files: Mapping[str, str] = {}) -> Record:
+    """The record of a member. files: the profiles in this process, by variable."""
+    if isinstance(member, str):
+        return {"error": member}
     try:
-        return member.case()
-    except Error:
-        return None
-
-
-def run_members(members: Iterable[Member], table: ContactTable | None, wanted: Wanted, progress: Progress | None = None,
-                files: Mapping[str, str] = {}) -> list[Record]:
-    """The records of members of one table; without a table: of members whose values are refused.
-
-    files: the profiles in this process, by variable.
-    """
-    def run(member: Member) -> Record:
-        try:
-            # Rows at equal intervals are common to all members.
-            return record(compute(member.case()._with(files).replace(rows="interval"), progress, table), wanted)
-        except Error as error:
-            return {"error": str(error)}
-
-    return [run(member) for member in members]
+        # Rows at equal intervals are common to all members.
+        return record(compute(member.replace({**files, "rows": "interval"}), progress, table), wanted)
+    except Error as error:
+        return {"error": str(error)}
 
 
 def record(done: Run, wanted: Wanted) -> Record:

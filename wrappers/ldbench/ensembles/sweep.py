@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from .._core.calls import Progress
 from .._core.errors import BadValue
@@ -13,10 +13,9 @@ from .._core.optional import needed
 from .._core.pools import usable_cores
 from ..case import Case, Value
 from ..table import ContactTable
-from .dataset import Memory
 from .members import Wanted, check_wanted, groups_of, keys_of, plan, table_keys
-from .pools import Cluster, Here, run_groups
-from .store import open_store
+from .pools import run_here, run_there
+from .store import longest, open_records, to_dataset, write_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,9 +41,9 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     find at hand. The case's table file serves the members that keep its table.
 
     threads: all cores by default. scheduler: address of a Dask scheduler, whose workers then do it all.
-    store: the Dataset goes to this Zarr directory, under its name when it is complete; what is there is replaced if an
-    ensemble has made it, and refused if not. Until then it grows beside it, in the folder .ldbench; when the ensemble is
-    run again, only what is missing or has changed is computed. Then memory does not grow with the number of members, and
+    store: the Dataset goes to this Zarr directory when it is complete; what is there is replaced if an ensemble has made it,
+    and refused if not. The result of every run is kept at once in a database beside it, in the folder .ldbench; when the
+    ensemble is run again, only what is missing or has changed is computed. Then memory does not grow with the results, and
     a Dataset of more than 100 MB is read from the store when it is used. A progress function is called as
     `progress("ensemble", share)`. Ctrl-C stops the runs.
     """
@@ -57,22 +56,24 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)
     members, dims, coordinates = plan(case, over, n, seed, draw)
-    memory = nullcontext(Memory(dims, coordinates))
-    with open_store(Path(store), dims, coordinates, keys_of(members, wanted)) if store else memory as kept:
-        if missing := kept.missing():
-            groups = groups_of(members, missing, case if isinstance(case, Case) else None)
-            key = table_keys()
-            at_hand = {} if scheduler else {key(table.case): table for table in tables}
-            place = Cluster(scheduler) if scheduler else Here(threads or usable_cores())
-            done = len(members) - len(missing)
-            with (closing(run_groups(members, groups, at_hand, place, wanted)) as results,
-                  tqdm(desc="ensemble", total=len(members), initial=done, unit="run", delay=1, leave=False,
-                       disable=None if progress is True else True) as bar):
-                for numbers, records in results:
-                    kept.add(numbers, records)
-                    for _ in numbers:
-                        bar.update()
-                        done += 1
-                        if callable(progress):      # what is told is kept, whatever comes then
-                            progress("ensemble", done/len(members))
-        return kept.finish()
+    keys: Sequence[Any] = keys_of(members, wanted) if store else range(len(members))
+    with open_records(Path(store)) if store else nullcontext[Any]({}) as records:
+        missing = [number for number, key in enumerate(keys) if key not in records]
+        done = len(members) - len(missing)
+        groups = groups_of(members, missing, case)
+        key = table_keys()
+        going = (run_there(members, groups, wanted, scheduler) if scheduler and missing else
+                 run_here(members, groups, {key(table.case): table for table in tables}, wanted, threads or usable_cores()))
+        with (closing(going) as results,
+              tqdm(desc="ensemble", total=len(members), initial=done, unit="run", delay=1, leave=False,
+                   disable=None if progress is True else True) as bar):
+            for number, record in results:
+                records[keys[number]] = record
+                bar.update()
+                done += 1
+                if callable(progress):      # what is told is kept, whatever comes then
+                    progress("ensemble", done/len(members))
+        if store:
+            return write_store(Path(store), records, keys, dims, coordinates)
+        found = [records[key] for key in keys]
+        return to_dataset(found, longest(found), dims, coordinates)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core import _flat
+from .._core import flat
 from .._core.errors import Error
 from ..case import Case
 from ..profiles.profile import checksum
@@ -52,8 +52,8 @@ def case_outlines(case: Case) -> Outlines:
     """The outlines of a case's profiles; the axle is that of the rigid wheelset on both rails. Error where a run would
     refuse them."""
     handle = rigid_geometry(case)
-    sizes, (axle, roll) = _flat.outline_sizes(handle)
-    left, right = (Side(*(_flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (WHEEL, RAIL)))
+    sizes, (axle, roll) = flat.outline_sizes(handle)
+    left, right = (Side(*(flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (WHEEL, RAIL)))
                    for side in (LEFT, RIGHT))
     return Outlines(left, right, float(axle), float(roll))
 

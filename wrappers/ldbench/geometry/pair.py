@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._core import _flat
+from .._core import flat
 from .._core.calls import Handle, descriptions
 from .._core.errors import Error
 from ..case import Case
@@ -70,8 +70,8 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
     radii: of the left and the right wheel on the tape circle [m], in place of `rolling_radius` where the wheels touch.
     """
     handle = rigid_geometry(case)
-    (left, n_left), zones_left = _flat.rigid_numbers(handle, 1)
-    (right, n_right), zones_right = _flat.rigid_numbers(handle, 2)
+    (left, n_left), zones_left = flat.rigid_numbers(handle, 1)
+    (right, n_right), zones_right = flat.rigid_numbers(handle, 2)
     zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
     end_left, end_right = (case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
     reach = round(max(LEAST_REACH, 1.3*max(left, right))/FINE_PITCH)
@@ -95,8 +95,8 @@ def raised_surfaces(case: Case, handle: Handle, radii: Sequence[float] | None) -
 
 def tape_radius(case: Case, handle: Handle, side: int) -> float:
     """Radius of a wheel (side 1 left, 2 right) on the tape circle as the case has it [m]."""
-    sizes, _ = _flat.outline_sizes(handle)
-    y, z = _flat.outline_points(handle, 1, side, sizes[0, side - 1])
+    sizes, _ = flat.outline_sizes(handle)
+    y, z = flat.outline_points(handle, 1, side, sizes[0, side - 1])
     at = case.back_to_back/2 + TAPE_CIRCLE
     if not y[0] <= at <= y[-1]:
         raise Error(f"{case.label}: expected a wheel that reaches the tape circle, {MM*TAPE_CIRCLE:g} mm from its back, "

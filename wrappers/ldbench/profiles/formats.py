@@ -17,7 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core.errors import UNREADABLE, Error, error_of
+from .._core.errors import Error
+from .._core.files import read_text
 
 TAPE_CIRCLE = 70.0      # from the back of a wheel (EN 15313) [mm]
 LEAST_SHARE = 0.9       # of the points that a file announces
@@ -59,7 +60,7 @@ def read_file(path: str | os.PathLike[str], slice: int | None = None) -> Raw:
     or right (2) side of VAMPIRE's. Raises Error, with file and line, for what is not the format.
     """
     name, suffix = os.fspath(path), Path(path).suffix.lower()
-    lines, notes = _lines(name)
+    lines = read_text(Path(name)).split("\n")
     first = [line.strip().lower().split(" ")[0] for line in lines]
     vampire = next((word for word in first if word), "") in ("wheelprofile", "railprofile")
     if suffix in (".slcs", ".slcw"):
@@ -79,7 +80,7 @@ def read_file(path: str | os.PathLike[str], slice: int | None = None) -> Raw:
     kind = raw.kind or ENDINGS.get(suffix, "")
     if taken and not kind:          # the program begins its files with the kind
         kind = next((word for word in ("wheel", "rail") if lines[0].startswith(f"# {word} ")), "")
-    return replace(raw, kind=kind, back=None if kind == "rail" else raw.back, notes=notes + raw.notes, taken=taken)
+    return replace(raw, kind=kind, back=None if kind == "rail" else raw.back, taken=taken)
 
 
 def of_array(points: object) -> Raw:
@@ -99,27 +100,6 @@ def of_array(points: object) -> Raw:
 
 
 # ---- lines and numbers ---------------------------------------------------------------
-def _lines(name: str) -> tuple[list[str], list[str]]:
-    """Lines of a text file, and notes on how they are written. Raises Error for what cannot be read as text."""
-    if Path(name).is_dir():
-        raise Error(f"{name}: expected a file, found a folder; name a file in it")
-    try:
-        data = Path(name).read_bytes()
-    except (OSError, ValueError):
-        raise error_of(f"{name}: {UNREADABLE}") from None
-    notes = []
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text, notes = data.decode("utf-16", "replace"), ["UTF-16"]
-    else:
-        try:
-            text = data.decode("utf-8")
-        except UnicodeDecodeError:
-            text = data.decode("latin-1")
-        if text[:1] == "\ufeff":
-            text, notes = text[1:], ["byte order mark"]
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), notes
-
-
 def _clip(text: str) -> str:
     """A text in quotes, cut to 60 characters."""
     text = text.strip()
@@ -394,20 +374,17 @@ def _vampire(name: str, lines: list[str], side: int | None) -> Raw:
                     f"found {shown}; correct the heading, or rename a file that is not of VAMPIRE")
     rows = [(i, _fields(re.split('["!%]', line, maxsplit=1)[0]), line) for i, line in given[4:]]
     rows = [row for row in rows if row[1]]
-    left, numbers, words = _take(name, rows, (0, 1))
+    points, numbers, words = _take(name, rows, (0, 1))
     both = bool(rows) and len(rows[0][1]) > 3
-    if both:
-        left *= [-1, 1]
-        right, _, right_words = _take(name, rows, (2, 3))
-        alike = bool(np.abs(left - right).max() < 1e-6)
-        if side is None and not alike:
-            raise Error(f"{name}: expected two sides alike, found sides up to {np.abs(left - right).max():.3g} mm apart; "
-                        "ask for the left with slice=1, the right with slice=2")
-    else:
-        left *= [-1 if left[:, 0].mean() < 0 else 1, 1]
+    points *= [-1 if both or points[:, 0].mean() < 0 else 1, 1]
     if side not in (None, 1, 2) or (side == 2 and not both):
         raise Error(f"{name}: expected slice=1, left, {'or 2, right, ' if both else ''}found slice={side}")
-    points, words = (right, right_words) if side == 2 else (left, words)
+    if both:
+        right, _, right_words = _take(name, rows, (2, 3))
+        if side is None and (apart := np.abs(points - right).max()) >= 1e-6:
+            raise Error(f"{name}: expected two sides alike, found sides up to {apart:.3g} mm apart; "
+                        "ask for the left with slice=1, the right with slice=2")
+        points, words = (right, right_words) if side == 2 else (points, words)
     notes = [f"{'right' if side == 2 else 'left'} side"] if both else []
     return Raw(points, numbers, "VAMPIRE", kind, 1.0, _value(heads[1][1])/2 if kind == "wheel" else None, _quantum(words), notes)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core import _flat
+from .._core import flat
 from .._core.calls import path_bytes
 from .._core.errors import Error
 from .._core.files import DEFAULT_FOLDER, complete
@@ -46,11 +46,7 @@ MEASURES = {
 
 
 class ProfileData:
-    """A wheel or a rail from a file of any known format, or from points; `ldbench.Profile` adds its picture.
-
-    y goes to the field side, from a wheel's back, z up. What the executable reads as it is stays as it is; anything else is
-    turned over, mended where points repeat, lie off the curve or double back, and smoothed by its noise.
-    """
+    """`ldbench.Profile` without its picture."""
 
     path: str                   # '' for points
     kind: str                   # 'wheel' or 'rail'
@@ -257,18 +253,18 @@ class ProfileData:
 
 def point_noise(points: np.ndarray) -> float:
     """The noise of points (n, 2) [mm], as the core judges whether it reads them [m]."""
-    return float(_flat.point_noise(*np.ascontiguousarray(points.T/MM)))
+    return float(flat.point_noise(*np.ascontiguousarray(points.T/MM)))
 
 
 def frames_of(points: np.ndarray) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
     """The length [m] of the splines through points (n, 2) [mm], and what gives their frames at stations [m]."""
     columns = np.asfortranarray(points.T)
-    return float(_flat.curve_length(columns)), lambda s: _flat.curve_frames(columns, s)
+    return float(flat.curve_frames(columns, np.empty(0))[0]), lambda s: flat.curve_frames(columns, s)[1]
 
 
 def core_takes(path: str, kind: str) -> bool:
     """Whether the core reads a file as it is."""
-    _, length = _flat.check_profile(path_bytes(path), 1 + KINDS.index(kind))
+    _, length = flat.check_profile(path_bytes(path), 1 + KINDS.index(kind))
     return length == 0
 
 

@@ -5,8 +5,8 @@ import csv
 import os
 import re
 import sys
-import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core.calls import descriptions
-from .._core.errors import Error, error_of
-from .._core.units import Units
+from .._core.errors import Error
+from .._core.files import read_bytes, read_text
 from .quantities import GRAVITY
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -33,7 +32,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "rad/s": ("rad/s", 1.0), "mrad/s": ("rad/s", 1e-3), "deg/s": ("rad/s", np.pi / 180),
     "m/s2": ("m/s2", 1.0), "mm/s2": ("m/s2", 1e-3), "g": ("m/s2", GRAVITY),
     "rad/s2": ("rad/s2", 1.0), "mrad/s2": ("rad/s2", 1e-3), "deg/s2": ("rad/s2", np.pi / 180),
-    "N": ("N", 1.0), "kN": ("N", 1e3), "MN": ("N", 1e6), "lbf": ("N", 4.4482216152605),
+    "N": ("N", 1.0), "kN": ("N", 1e3), "MN": ("N", 1e6), "lbf": ("N", 4.4482216152605), "kip": ("N", 4448.2216152605),
     "N.m": ("N.m", 1.0), "Nm": ("N.m", 1.0), "kN.m": ("N.m", 1e3), "kNm": ("N.m", 1e3),
     "J": ("J", 1.0), "kJ": ("J", 1e3),
 }
@@ -146,47 +145,8 @@ def converted(path: Path, raw: RawTable,
         units[name], factor = _si(path, source.unit if source.unit is not None else raw.units[k])
         data[name] = factor * source.factor * raw.numbers[:, k] + source.offset
     frame = pd.DataFrame(data)
-    frame.attrs |= {"units": Units(units)} | ({"doubt": raw.doubt} if raw.doubt else {})
+    frame.attrs |= {"units": units} | ({"doubt": raw.doubt} if raw.doubt else {})
     return frame
-
-
-def read_own_columns(path: Path) -> pd.DataFrame:
-    """The columns of a file with ldbench's header, as `read_columns` gives them, three times as fast.
-
-    Where numpy finds anything else than rows of numbers under names of ours, `read_columns` takes the file or says what is wrong.
-    """
-    import pandas as pd
-
-    try:
-        with open(path, encoding="utf-8") as lines, warnings.catch_warnings():
-            warnings.simplefilter("error", UserWarning)         # numpy's way of saying: no rows
-            heading = lines.readline().split()
-            table = np.loadtxt(lines, comments="#", ndmin=2)
-    except (OSError, ValueError, UserWarning):
-        return read_columns(path)
-    names, units, geometry_names, geometry_units = (line.split() for line in descriptions()[:4])
-    known = dict(zip(geometry_names + names, geometry_units + units, strict=True))
-    if not len(known.keys() & set(heading)) == len(heading) == table.shape[1]:
-        return read_columns(path)
-    frame = pd.DataFrame(table, columns=heading)
-    frame.attrs["units"] = Units((name, known[name]) for name in heading)
-    return frame
-
-
-def read_text(path: Path) -> str:
-    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
-    try:
-        data = path.read_bytes()
-    except (OSError, ValueError):           # a name with a zero byte
-        raise error_of(f"{path}: cannot be opened for reading") from None
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = data.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = data.decode("latin-1")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
@@ -284,34 +244,24 @@ def _plain_unit(unit: str) -> str:
 def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarray:
     """All rows, shape (rows, columns)."""
     count, mark = len(layout.names), layout.separator
+    given = {k: line for k, line in enumerate(lines[layout.start:], layout.start) if line.strip() and not _is_comment(line, mark)}
+    with suppress(ValueError):          # numpy, which is three times as fast, finds something else than numbers
+        table = np.loadtxt(given.values(), delimiter=mark or None, comments=None, ndmin=2)
+        if table.shape[1] == count:
+            return table
     rows: dict[int, str] = {}
-    for k in range(layout.start, len(lines)):
-        line = lines[k]
-        if not line.strip() or _is_comment(line, mark):
-            continue
+    for k, line in given.items():
         cells = _cells(line, mark)
         if len(cells) == count + 1 and not cells[-1]:
             cells.pop()
         if len(cells) != count:
             raise _wrong_row(path, k, lines, count)
-        rows[k] = " ".join(["nan" if not cell or cell.lower() in EMPTY else cell for cell in cells])
-    table = _numbers(rows.values(), mark)
-    if table.size != count*len(rows):
-        raise _wrong_row(path, next(k for k, row in rows.items() if _numbers([row], mark).size != count), lines, count)
-    return table.reshape(len(rows), count)
-
-
-def _numbers(rows: Iterable[str], separator: str) -> np.ndarray:
-    """The numbers of rows; none where there is something else."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)      # numpy's way of saying: not a number
-        text = _plain_number("\n".join(rows), separator)
-        for attempt in range(2):
-            try:
-                return np.fromstring(EXPONENT.sub("e", text) if attempt else text, sep=" ")
-            except (DeprecationWarning, ValueError):
-                continue
-        return np.empty(0)
+        row = " ".join(["nan" if not cell or cell.lower() in EMPTY else cell for cell in cells])
+        rows[k] = EXPONENT.sub("e", _plain_number(row, mark))
+    with suppress(ValueError):
+        return np.loadtxt(rows.values(), comments=None, ndmin=2)
+    wrong = (k for k, row in rows.items() if len(row.split()) != count or not all(_is_number(cell, " ") for cell in row.split()))
+    raise _wrong_row(path, next(wrong, layout.start), lines, count)
 
 
 def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
@@ -349,9 +299,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     else:
         import tomli as tomllib
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError:
-        raise error_of(f"{path}: cannot be opened for reading") from None
+        return tomllib.loads(read_bytes(path).decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
     except RecursionError:

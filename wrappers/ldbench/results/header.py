@@ -10,25 +10,25 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
-from .._core.errors import Error, error_of
-from ..case import Value, variables
+from .._core.errors import UNREADABLE, Error, UnknownName, error_of
+from ..case import Value, find_variable, variables
 from .events import Event, count_name, event_kinds
 from .quantities import CONTACTS
 
-TAIL = 2**17        # where the results at the end of a file are looked for [bytes]; longer ones are read whole
+TAIL = 2**17        # where the results at the end of a file are looked for [bytes]: those with the most events take half of it
 MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file
 SETUP = "clearance_left", "clearance_right", "axle_height", "axle_roll"
 ALWAYS = "t", "rows", "drift", "kinetic_energy", "steps", "step"      # numbers of every run; a damaged header may lack them
 # Results that only some runs tell, and what they are in the others.
 UNTOLD: dict[str, Any] = {
     "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, **{f"frequency_{k}": np.nan for k in (1, 2, 3)},
-    "changes": "", **{f"peak_P_{c}": 0.0 for c in CONTACTS}, **{f"t_peak_P_{c}": 0.0 for c in CONTACTS}, "lost": 0.0}
+    "changes": "", **{f"{name}_{c}": np.nan for name in ("first_peak_N", "t_first_peak") for c in ("LF", "RF")},
+    **{f"peak_P_{c}": 0.0 for c in CONTACTS}, **{f"t_peak_P_{c}": 0.0 for c in CONTACTS}, "lost": 0.0}
 
 
 @dataclass(frozen=True)
@@ -53,42 +53,24 @@ class Header:
 
 
 def read_header(path: Path) -> Header:
-    """The header of a column file."""
+    """The header of a column file: of the comment lines at its beginning, before or after the line of names, and at its end."""
+    head = []
     try:
         with open(path, "rb") as file:
-            head = _first_comments(file)
-            tail = _last_comments(file)
-    except (OSError, ValueError):           # a name with a zero byte
-        raise error_of(f"{path}: cannot be opened for reading") from None
+            for k, line in enumerate(file):
+                if line.removeprefix(MARK).startswith(b"#"):
+                    head.append(_plain(line.removeprefix(MARK)))
+                elif k > 0:
+                    break
+            file.seek(max(0, file.seek(0, os.SEEK_END) - TAIL))
+            last = file.read().split(b"\n")
+    except (OSError, ValueError):           # ValueError: a name with a zero byte
+        raise error_of(f"{path}: {UNREADABLE}") from None
+    tail = itertools.takewhile(lambda line: line.startswith(b"#"), filter(bytes.strip, reversed(last)))
     try:
-        return parse_header(head, tail)
+        return parse_header(head, [*map(_plain, tail)][::-1])
     except Error as error:
         raise Error(f"{path}, header: {error}") from None
-
-
-def _first_comments(file: BinaryIO) -> list[str]:
-    """The comment lines at the beginning of a file, before or after the line of names."""
-    lines = []
-    for k, line in enumerate(file):
-        if line.removeprefix(MARK).startswith(b"#"):
-            lines.append(_plain(line.removeprefix(MARK)))
-        elif k > 0:
-            break
-    return lines
-
-
-def _last_comments(file: BinaryIO) -> list[str]:
-    """The comment lines at the end of a file."""
-    end = file.seek(0, os.SEEK_END)
-    size = min(TAIL, end)
-    while True:
-        file.seek(end - size)
-        lines = file.read(size).split(b"\n")
-        if size == end or any(line and not line.startswith(b"#") for line in lines[1:]):
-            break
-        size = min(2*size, end)
-    last = itertools.takewhile(lambda line: line.startswith(b"#"), filter(bytes.strip, reversed(lines)))
-    return [*map(_plain, last)][::-1]
 
 
 def _plain(line: bytes) -> str:
@@ -204,16 +186,13 @@ def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:
     return float(value)
 
 
-@cache
-def kinds() -> dict[tuple[str, str], tuple[str, str]]:
-    """Names and kinds of the namelist's variables, by group and name in small letters."""
-    return {(variable.group, variable.name.lower()): (variable.name, variable.kind) for variable in variables()}
-
-
 def setting(group: str, name: str, value: Any) -> tuple[str, Value]:
     """A variable as the namelist calls it, and its text or number; one that this version does not know stays as it is."""
-    known, kind = kinds().get((group, name.lower()), (name, ""))
-    if kind == "text":
-        return known, str(value or "")
-    found = number({name: value}, name) if kind else value
-    return known, int(found) if kind == "integer" and found == int(found) else found
+    try:
+        variable = variables()[find_variable(f"{group}_{name}")]
+    except UnknownName:
+        return name, value
+    if variable.kind == "text":
+        return variable.name, str(value or "")
+    found = number({name: value}, name)
+    return variable.name, int(found) if variable.kind == "integer" and found == int(found) else found

@@ -133,6 +133,7 @@ OUTCOME = {
     "roll_min": Quantity("Φ, smallest", "mrad", 1e3),
     **{f"peak_N_{c}": Quantity(f"peak N, {words}", "kN", KN, short=f"peak N, {words}")
        for c, words in CONTACT_NAMES.items()},
+    **{f"first_peak_N_{c}": Quantity(f"peak N, first contact, {CONTACT_NAMES[c]}", "kN", KN) for c in ("LF", "RF")},
     **{key: value for c in ("LF", "RF") for key, value in {
         f"pmax_{c}": Quantity(f"peak pressure, first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
                               short=f"peak pressure, {CONTACT_NAMES[c]}"),

@@ -15,7 +15,7 @@ from .._core.errors import Error, unknown
 from .._core.optional import needed
 from .._core.pools import processes
 from ..case import Case, Value
-from .columns import read_columns, read_own_columns
+from .columns import read_columns
 from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
 from .events import Event, count_name, event_kinds
 from .header import Header, read_header
@@ -68,10 +68,9 @@ class RunData:
     @functools.cached_property
     def data(self) -> pd.DataFrame:
         """The columns of the column file in SI units, a row per output interval and event; units in `attrs["units"]`."""
-        if not self.header.settings:
-            return read_columns(self.file, self._map)
-        found = read_own_columns(self.file)
-        if not self.header.finished and "time" in found.columns:
+        ours = bool(self.header.settings)
+        found = read_columns(self.file, None if ours else self._map)
+        if ours and not self.header.finished and "time" in found:
             raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
                         "the file is cut")
         return found
@@ -96,6 +95,7 @@ class RunData:
         centre); rest_Y, rest_Z, rest_roll (where it rests by itself, as the columns have it); frequency_1 to frequency_3
         (eigenfrequencies at rest, NaN where rigid contacts leave fewer). Of the run: end (why it ended), t (when), rows,
         farthest_left, farthest_right, farthest_up and the times t_farthest_...; per contact peak_N_LT ... and t_peak_LT ...,
+        of the flanges first_peak_N_LF ... and t_first_peak_LF ... (the largest force until the contact first opens);
         the largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT ...; lost (energy, in impacts), drift (largest
         |energy error| over all steps), kinetic_energy (initial, of lateral, vertical and roll motion), steps, step, cuts,
         missed, evaluations, n_left_flange_contact ... (events of each kind), derailed.
@@ -228,6 +228,14 @@ class RunData:
         else:
             return None
         return found if found[0] > 0 else None
+
+    def first_peak(self, contact: str) -> tuple[float, float] | None:
+        """The largest normal force of a contact [N] in the first time in which it is closed, and the time [s] of it; None where the
+        contact stays open or is rigid. Of a flange the results tell it for all steps."""
+        if self.result(f"first_peak_N_{contact}") > 0:
+            return self.result(f"first_peak_N_{contact}"), self.result(f"t_first_peak_{contact}")
+        one = self.first_interval(contact)
+        return (one.peak, one.t_peak) if one and np.isfinite(one.peak) else None
 
     def first_contact(self, contact: str) -> float | None:
         """Time [s] at which a contact first closes, of a flange not at its root: of the event, or of the rows' first interval."""

@@ -12,8 +12,8 @@ from .run_data import RETURNED, RunData
 # The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `geometry.pressures`.
 SUMMARY = (
     "t_first_LF", "t_first_RF", "t_first_centre", "t_return", "t_derailment", "F_derailment", "Y_max", "Y_min", "Z_max", "Z_min",
-    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "pmax_LF", "patch_LF", "approach_LF",
-    "pmax_RF", "patch_RF", "approach_RF", "n_left_flange_contact", "n_right_flange_contact",
+    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "first_peak_N_LF", "pmax_LF", "patch_LF", "approach_LF",
+    "first_peak_N_RF", "pmax_RF", "patch_RF", "approach_RF", "n_left_flange_contact", "n_right_flange_contact",
     "n_left_wheel_lift_off", "n_right_wheel_lift_off", "drift", "drift_relative", "step", "t")
 
 
@@ -66,6 +66,8 @@ def summary_row(run: RunData) -> dict[str, Any]:
         row[name] = run.header.results.get(f"farthest_{way}", row[name])
     for contact in CONTACTS:
         row[f"peak_N_{contact}"], row[f"t_peak_{contact}"] = run.peak(contact) or (None, None)
+    for contact in ("LF", "RF"):
+        row[f"first_peak_N_{contact}"], row[f"t_first_peak_{contact}"] = run.first_peak(contact) or (None, None)
     for side in ("left", "right"):
         row[f"n_{side}_flange_contact"] = run.count(f"{side} flange contact")
         row[f"n_{side}_wheel_lift_off"] = run.count(f"{side} wheel lift-off")

@@ -66,8 +66,10 @@ def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
         return row[key]
     if key == "F_derailment":
         return row["t_derailment"]
-    if what in ("peak_N", "pmax", "patch"):
-        return row[f"{'t_peak' if what == 'peak_N' else 't_pmax'}_{end}"]
+    if what.endswith("peak_N"):
+        return row[f"t_{what.removesuffix('_N')}_{end}"]
+    if what in ("pmax", "patch"):
+        return row[f"t_pmax_{end}"]
     if key == "drift":
         return run.time[np.nanargmax(np.abs(run.values("E_drift")))]
     if end in ("min", "max") and what in ("Y", "Z", "roll"):

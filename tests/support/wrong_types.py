@@ -1,0 +1,12 @@
+"""Lines that a type checker must refuse. `make lint` fails where one of them passes, because its `type: ignore` is unused then."""
+import ldbench
+
+
+def wrong(case: ldbench.Case, run: ldbench.Run, table: ldbench.ContactTable) -> None:
+    ldbench.Case(vYY=3)                                         # type: ignore[call-arg]
+    ldbench.Case(model="springs")                               # type: ignore[arg-type]
+    case.replace(vY="fast")                                     # type: ignore[arg-type]
+    print(case.nonsense)                                        # type: ignore[attr-defined]
+    case.vY = 3.0                                               # type: ignore[misc]
+    run.peak(3)                                                 # type: ignore[arg-type]
+    table.force(0.0, 0.4568, 0.0, wheel="port")                 # type: ignore[arg-type]
