@@ -62,11 +62,6 @@ class Page:
     columns: tuple[tuple[Panel, ...], ...]
     note: str | Callable[[RunData], str] = ""
 
-    @property
-    def panels(self) -> tuple[Panel, ...]:
-        """All panels of the page, column by column."""
-        return tuple(panel for column in self.columns for panel in column)
-
     def words(self, run: RunData) -> str:
         """The note on the page of a run."""
         return self.note(run) if callable(self.note) else self.note
