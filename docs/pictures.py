@@ -22,7 +22,7 @@ from ldbench.__main__ import main
 from ldbench.plots.style import ldbench_style
 from ldbench.report.formulations import FORMULATIONS, LINES
 from ldbench.results.quantities import KN, MM
-from ldbench.viewer.show import view
+from ldbench.viewer.page import view
 
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT/"outputs/reference"

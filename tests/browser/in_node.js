@@ -41,7 +41,7 @@ async function follow(context, {runs, t, fragments}) {
     context.location.hash = fragment;
     const said = {}, page = {
       facts: {runs}, t, shown: runs.map(run => run.shown), pause() {}, showRuns() {},
-      go(time) { said.time = time; }, look(view) { said.view = view; }, take(state) { said.state = state; },
+      go(time) { said.time = time; }, look(view) { said.view = view; },
     };
     await new Address(page).follow();
     answers.push({...said, shown: page.facts.runs.filter((_, k) => page.shown[k]).map(run => run.name)});
@@ -63,10 +63,10 @@ function charts(context, {states}) {
 
 // The derived columns of some columns.
 function derive(context, {exact}) {
-  const run = vm.runInContext("({exact, names}) => ({exact, names, known: new Map(), tracks: {}, has: name => names.has(name)})",
-    context)({exact, names: new Set(Object.keys(exact))});
+  const known = new Map(Object.keys(exact).map(name => [name, {}]));
+  const run = {exact, known, tracks: {}, has: name => known.has(name)};
   vm.runInContext("addDerived", context)(run);
-  return Object.fromEntries([...run.names].map(name => [name, [...run.exact[name]]]));
+  return Object.fromEntries([...known.keys()].map(name => [name, [...run.exact[name]]]));
 }
 
 // What is wrong with the syntax of files, by their names.

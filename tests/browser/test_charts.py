@@ -233,8 +233,8 @@ def test_a_link_holds_the_whole_state(browser: Browser, two: Path):
       for (const id of ['arrows', 'normals', 'loop']) document.getElementById(id).click();
       ldbench.go(0.0213)""")
     state = """const {scene, player} = ldbench, {camera, settings} = scene, six = x => Number(x.toPrecision(5));
-      return JSON.stringify([ldbench.t, ldbench.window.map(six), ldbench.mark, ldbench.aligned, player.looping, player.speed,
-        settings, scene.view, [camera.y, camera.z, camera.width / camera.zoom].map(six),
+      return JSON.stringify([ldbench.t, ldbench.window.map(six), ldbench.mark, document.querySelector('#align').checked,
+        player.looping, player.speed, settings, scene.view, [camera.y, camera.z, camera.width].map(six),
         ldbench.charts.map(({names, mode, over, log, limits, acrossLimits}) =>
           [names, mode, over, log, limits && limits.map(six), acrossLimits])])"""
     before, link = browser.run(state), settled(browser)

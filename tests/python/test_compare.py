@@ -16,7 +16,7 @@ from ldbench import Case, Event
 from ldbench.__main__ import main
 from ldbench.plots.style import ldbench_style
 from ldbench.report import differences as cmp
-from ldbench.report.compare_pages import quantity_page
+from ldbench.report.compare import quantity_page
 from ldbench.report.study import SHORT_RAMP, make_study, study_jobs
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData, read_data

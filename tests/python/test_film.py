@@ -10,7 +10,7 @@ from invented import altered
 from ldbench import Case
 from ldbench.plots.style import SERIES, ldbench_style
 from ldbench.results.run_data import RunData
-from ldbench.viewer.picture import Picture
+from ldbench.viewer.film import Picture
 
 
 def case(pair: str = "aw", **changes: float) -> Case:
@@ -90,8 +90,8 @@ def test_arrows_of_a_run_have_the_scale_that_is_drawn(pair: tuple[RunData, RunDa
                 assert shape.get_visible() == (force > 0)
                 if force > 0:
                     corners = shape.get_xy()
-                    tip = corners[3]
-                    tail = (corners[0] + corners[6])/2
+                    tip = corners[0]
+                    tail = (corners[3] + corners[4])/2
                     assert np.hypot(*(tip - tail)) == pytest.approx(unit*force, rel=1e-9)
             assert f"{1e-3*scene.scale_force:g} kN" in words(single, t)
             assert f"{1e3*scene.scale_length:g} mm" in words(single, t)
@@ -124,7 +124,7 @@ def test_a_rail_that_pulls_is_drawn(pair: tuple[RunData, RunData]):
     picture = drawn(altered(pair[0], data=data))
     [*picture.scenes[1].move(0.005)]
     corners = picture.scenes[1].arrows[0, "LT"].get_xy()
-    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[3, 1] < corners[0, 1]
+    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[0, 1] < corners[3, 1]
     assert any(text.startswith("tread −") for text in words(picture, 0.005))
 
 

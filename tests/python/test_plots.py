@@ -19,15 +19,12 @@ from invented import altered, invented_run
 from ldbench import Event
 from ldbench.geometry.outlines import Outlines, run_outlines
 from ldbench.plots import document
-from ldbench.plots.contents import arranged, contents_page, entries
-from ldbench.plots.document import Part, bind, save_pages
-from ldbench.plots.impact import impact_page
-from ldbench.plots.phase import energy_page
-from ldbench.plots.sections import instants
-from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page
+from ldbench.plots.document import Part, arranged, bind, contents_page, entries, save_pages
+from ldbench.plots.energies import energy_page
+from ldbench.plots.impact import impact_page, instants
+from ldbench.plots.series import ENERGY, LAST, PAGES, RATIO, Page, time_page
 from ldbench.plots.stretches import band, first_impact, last_second, thin
 from ldbench.plots.style import ldbench_style
-from ldbench.plots.times import time_page
 from ldbench.results.header import Header
 from ldbench.results.quantities import CONTACT_NAMES, CONTACTS
 from ldbench.results.run_data import RunData, read_data

@@ -16,8 +16,8 @@ from ldbench.__main__ import main
 from ldbench.commands import profile
 from ldbench.conicity import FINE_PITCH, equivalent_conicity, linearised_conicity
 from ldbench.geometry.pair import pair
-from ldbench.plots.dimensions import wheel_dimensions
-from ldbench.plots.pair_page import contact_lines, pair_page
+from ldbench.plots.geometry import contact_lines, pair_page
+from ldbench.plots.profile_page import wheel_dimensions
 from ldbench.plots.style import ldbench_style
 from running import REPO
 

@@ -20,7 +20,7 @@ from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench._core.pools import call_known, processes
 from ldbench.conicity import GEOMETRY_PITCH
 from ldbench.plots.series import PAGES
-from ldbench.report import abstract, authors, formulations, stretches, submission, twins
+from ldbench.report import abstract, formulations, submission
 from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
 from ldbench.results.run_data import RunData, read_data
@@ -171,9 +171,10 @@ def test_numbers_of_tables_are_on_one_line(ten: tuple[list[RunData], Path]):
 
 def test_authors_come_from_a_file(tmp_path: Path):
     file = tmp_path/"authors.toml"
-    assert authors.read_authors(file) == []
+    assert abstract.read_authors(file) == []
     file.write_text('[[author]]\nname = "A. Author"\naffiliation = "Institute, Town"\n[[author]]\nname = "B"\n')
-    assert authors.read_authors(file) == [{"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]
+    assert abstract.read_authors(file) == [
+        {"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]
 
 
 @pytest.mark.parametrize(("text", "expected", "found"), [
@@ -184,7 +185,7 @@ def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: 
     file = tmp_path/"authors.toml"
     file.write_text(text)
     with pytest.raises(Error) as error:
-        authors.read_authors(file)
+        abstract.read_authors(file)
     assert str(error.value).startswith(f"{file}, ")
     assert error.value.expected == expected and error.value.found.startswith(found)
 
@@ -224,8 +225,9 @@ def test_results_that_a_twin_does_not_share_are_chaotic():
            "n_left_flange_contact": 1, "drift": 1e-9, "F_derailment": np.nan}
     twin = row | {"t_return": 0.1002, "peak_N_LF": 100.05e3, "Y_min": 1e-6, "t_derailment": 3.0, "n_left_flange_contact": 2,
                   "drift": 5e-9}
-    assert twins.chaotic(row, twin) == {"t_return": pytest.approx(2e-4), "t_derailment": np.inf, "n_left_flange_contact": 1.0}
-    assert twins.chaotic(row, dict(row)) == {}
+    assert submission.chaotic_results(row, twin) == {
+        "t_return": pytest.approx(2e-4), "t_derailment": np.inf, "n_left_flange_contact": 1.0}
+    assert submission.chaotic_results(row, dict(row)) == {}
 
 
 def test_summary_names_chaotic_results(tmp_path: Path, project: Path):
@@ -241,7 +243,7 @@ def test_stretches_of_a_run_follow_its_rows(tmp_path: Path):
     job = case_job(case, tmp_path)
     run_stale([job], 1)
     whole = read_data(job.product)
-    first, hardest = stretches.first_and_hardest(whole)
+    first, hardest = submission.first_and_hardest(whole)
     assert hardest.start < whole.peak("LF")[1] < hardest.start + hardest.run.time[-1]
     assert first.start < whole.first_contact("LF") < first.start + first.run.time[-1]
     for stretch in (first, hardest):

@@ -12,11 +12,11 @@ from pypdf import PdfReader
 import ldbench
 from ldbench.__main__ import main
 from ldbench.conicity import FINE_PITCH
+from ldbench.plots.figures import overview_figures
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.overview import overview_figures
 from ldbench.plots.style import ldbench_style
 from ldbench.report import formulations
-from ldbench.report.compare_pages import comparison_figures, impact_pages
+from ldbench.report.compare import comparison_figures, impact_pages
 from ldbench.report.differences import compare
 from ldbench.report.study import make_study
 from probes import profile

@@ -18,12 +18,12 @@ from ldbench.__main__ import main
 from ldbench.commands import COMMANDS
 from ldbench.geometry.pressures import run_patches
 from ldbench.plots.document import case_figures
+from ldbench.plots.energies import ramp_page
 from ldbench.plots.impact import impact_page
 from ldbench.plots.pressure_page import pressure_page
-from ldbench.plots.ramp import ramp_page
 from ldbench.plots.style import ldbench_style
 from ldbench.results.summary import summary_row
-from ldbench.viewer.picture import Picture
+from ldbench.viewer.film import Picture
 from raw import Raw, flange_slope
 from reading import Line, agree, differing, words_of
 from specimen import World

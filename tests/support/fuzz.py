@@ -204,9 +204,8 @@ class Child:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
         from ldbench.plots import tables
         from ldbench.plots.impact import impact_page
-        from ldbench.plots.series import PAGES
+        from ldbench.plots.series import PAGES, time_page
         from ldbench.plots.style import ldbench_style
-        from ldbench.plots.times import time_page
         from ldbench.report import differences
         from ldbench.results.run_data import read_data
         from ldbench.results.summary import summary_row
@@ -223,7 +222,7 @@ class Child:
         summary_row(run)
         make_page([reference, run])
         draw = rng.choice([None]*40 + [
-            lambda: tables.table_page(run.name, run.header.title, [run.name], [[run.ending]], [1], run.heading),
+            lambda: next(tables.paged(run.name, run.header.title, [run.name], [[run.ending]], [1], (0,), run.heading))[1],
             lambda: time_page(run, PAGES[0]), lambda: impact_page(run),
             lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
         if draw:

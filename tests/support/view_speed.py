@@ -39,7 +39,7 @@ def measure(page: Path, view: str) -> str:
         browser.driver.get(f"{page.as_uri()}#view={view}")
         browser.wait(lambda: browser.run("return document.documentElement.dataset.ready") == "yes")
         up = browser.run("return performance.getEntriesByName('ready')[0].startTime")
-        browser.run("ldbench.go(ldbench.start); ldbench.play(); performance.mark('from')")
+        browser.run("ldbench.go(ldbench.start); ldbench.player.play(); performance.mark('from')")
         time.sleep(SECONDS)
         browser.run("performance.mark('to'); ldbench.pause()")
         events = trace(browser)

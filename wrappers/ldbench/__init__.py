@@ -20,7 +20,7 @@ from .results.contact_intervals import ContactInterval
 from .results.events import Event
 from .runs import Run, read_run, run
 from .table import ContactTable
-from .viewer.show import view
+from .viewer.page import view
 
 __all__ = ["Case", "ContactInterval", "ContactTable", "Error", "Event", "Profile", "Run", "Warning", "ensemble", "read_columns",
            "read_run", "run", "view"]

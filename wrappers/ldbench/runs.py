@@ -103,7 +103,7 @@ class Run(RunData):
 
     def view(self) -> Page:
         """The run as an interactive page, which a notebook shows; `.write(path)` writes it."""
-        from .viewer.show import view
+        from .viewer.page import view
 
         return view(self)
 

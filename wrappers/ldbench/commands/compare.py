@@ -17,7 +17,7 @@ from pathlib import Path
 
 from ..report.compare import make_comparison
 from ..results.run_data import read_data
-from ..viewer.show import distinct
+from ..viewer.page import distinct
 from .options import add_map, add_output, check_names
 
 

@@ -30,7 +30,7 @@ def main(args: argparse.Namespace) -> int:
     if args.study == "derailment":
         from ..report.derailment_demo import derailment_demo
 
-        print(derailment_demo(args.output/"derailment_demo.pdf", args.scheduler, args.jobs, progress=True))
+        print(derailment_demo(args.output/"derailment_demo.pdf", args.scheduler, args.jobs))
         return 0
     from ..report.jobs import shipped_inputs
     from ..report.study import make_study

@@ -28,8 +28,7 @@ from .._core.files import DEFAULT_FOLDER, check_ending, check_written
 from ..case import Case
 from ..results.run_data import read_data
 from ..viewer.film import FILMS, PICTURE, check_film, make_film
-from ..viewer.page import make_page
-from ..viewer.show import distinct
+from ..viewer.page import distinct, make_page
 from .options import add_map, add_output, check_names
 
 PAGES = ".html", ".htm"

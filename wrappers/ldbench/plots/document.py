@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
@@ -24,19 +24,16 @@ from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import call_known, processes
 from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
-from ..results.summary import CHAOTIC_NOTE, Chaotic
-from .contents import contents_page, entries, number
-from .figures import free
+from ..results.summary import Chaotic
+from .energies import energy_page, is_ramp, ramp_page
+from .figures import overview_figures
+from .frame import FOOT, LEFT, RIGHT, new_page
 from .geometry import Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
-from .overview import overview_figures
-from .phase import energy_page
-from .ramp import is_ramp, ramp_page
-from .series import IMPULSES, LAST, PAGES
+from .series import IMPULSES, LAST, PAGES, time_page
 from .stretches import is_long, last_second
-from .style import ldbench_style
+from .style import PAGE, ldbench_style, plain
 from .tables import summary_page
-from .times import time_page
 
 
 @dataclass(frozen=True)
@@ -50,6 +47,9 @@ class Part:
 
 LISTED = 8      # pages from which on a document has a contents page
 DPI = 110       # of a picture
+COLUMNS = 3     # of the contents page
+TOP, BOTTOM, LINE = 0.88, 0.09, 0.0195      # of its lines, over the height of the page
+Rectangle = tuple[float, float, float, float]       # left, bottom, right, top [pt]
 
 
 class Figures(tuple[Figure, ...]):
@@ -71,35 +71,54 @@ Fine = tuple[Recomputed, Recomputed]        # around the first and the hardest c
 
 
 def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, Figure]]:
-    """The pages of a run: of what it has columns for."""
-    if "time" not in run.data:
-        return
+    """The pages of a run: of what it has columns for; Error where these make no page."""
+    drawn = False
+    for title, figure in possible_figures(run, fine) if "time" in run.data else ():
+        if figure is not None:
+            drawn = True
+            yield title, figure
+    if not drawn:
+        raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
+                    f"found {', '.join(map(str, run.data))}")
+
+
+def possible_figures(run: RunData, fine: Fine | None) -> Iterator[tuple[str, Figure | None]]:
+    """All pages of a run; None for those of which it has no columns."""
     for page in (*PAGES, IMPULSES) if "E_lost" in run.data else PAGES:
-        if found := page.of(run):
-            yield page.title, time_page(run, found)
+        yield page.title, time_page(run, page)
     if is_ramp(run):
         yield "energy and lateral force", ramp_page(run)
-    elif picture := energy_page(run):
-        yield "energy, phase portrait, spectrum", picture
-    if is_long(run) and (found := LAST.of(run)):
-        yield LAST.title, time_page(run, found, last_second(run))
-    if picture := impact_page(run, fine[0] if fine else None):
-        yield "impacts of flanges", picture
+    else:
+        yield "energy, phase portrait, spectrum", energy_page(run)
+    if is_long(run):
+        yield LAST.title, time_page(run, LAST, last_second(run))
+    yield "impacts of flanges", impact_page(run, fine[0] if fine else None)
     if fine:
         yield HARDEST, hardest_page(run, fine[1])
 
 
 def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
     """Write figures as the pages of a PDF; returns their titles."""
-    titles = []
-    with failing_as(path, path), PdfPages(path, metadata={"CreationDate": None}) as pdf:
-        for title, figure in figures:
-            if figure.axes and (layout := figure.get_layout_engine()):
-                layout.execute(figure)
-            figure.set_layout_engine("none")        # it is done
-            FigureCanvasPdf(figure).print_pdf(pdf)  # PdfPages.savefig would draw the page twice
-            titles.append(title)
-    return tuple(titles)
+    return save_parts(path, [("", figures)])[0].pages
+
+
+Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages with their titles
+
+
+def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
+    """Write chapters into one file, in which they share the fonts: to cut a font takes as long as a page."""
+    parts = []
+    with failing_as(target, target), ldbench_style(), PdfPages(target, metadata={"CreationDate": None}) as pdf:
+        for title, pages in chapters:
+            first, names = pdf.get_pagecount(), []
+            for name, figure in pages:
+                if figure.axes and (layout := figure.get_layout_engine()):
+                    layout.execute(figure)
+                figure.set_layout_engine("none")        # it is done
+                FigureCanvasPdf(figure).print_pdf(pdf)  # PdfPages.savefig would draw the page twice
+                names.append(name)
+            parts.append(Part(title, target, tuple(names), first))
+    return parts
 
 
 def save_sheets(figures: Sequence[Figure], target: Path) -> None:
@@ -115,56 +134,9 @@ def save_sheets(figures: Sequence[Figure], target: Path) -> None:
         whole.save(scratch, format="PNG")
 
 
-Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages with their titles
-
-
-def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
-    """Write chapters into one file, in which they share the fonts: to cut a font takes as long as a page."""
-    parts: list[Part] = []
-
-    def figures() -> Iterator[tuple[str, Figure]]:
-        for title, pages in chapters:
-            names = []
-            for name, figure in pages:
-                names.append(name)
-                yield name, figure
-            parts.append(Part(title, target, tuple(names), sum(len(part.pages) for part in parts)))
-
-    save_pages(target, figures())
-    return parts
-
-
-def draw_chapter(chapter: Chapter, target: Path) -> list[Part]:
-    """One chapter in a file, for a process that only draws."""
-    with ldbench_style():
-        return save_parts(target, [chapter])
-
-
-def check_drawn(parts: Sequence[Part], runs: Sequence[RunData]) -> None:
-    """Error where a run has no columns to draw."""
-    for part, run in zip(parts, runs, strict=True):
-        if not part.pages:
-            raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
-                        f"found {', '.join(map(str, run.data))}")
-
-
-def front_parts(rows: Sequence[dict[str, Any]], geometry: Iterable[Shape], runs: Sequence[RunData],
-                chaotic: Chaotic | None, target: Path) -> list[Part]:
-    """The table of all runs, the pages of geometry functions, and the pages that compare runs."""
-    note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
-    with ldbench_style():
-        shapes = [geometry_page(*shape) for shape in geometry]
-        chapters: list[Chapter] = [("Summary", [("summary", summary_page(rows, note, chaotic))])]
-        chapters += [(figure.texts[0].get_text(), [("geometry", figure)]) for figure in shapes]
-        if beside := overview_figures(runs):
-            chapters.append(("Side by side", beside))
-        return save_parts(target, chapters)
-
-
 def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
                done: Callable[[], None] = lambda: None, map: Any = None) -> int:
-    """Write the PDF of plots of column files; the number of its pages.  `done` is called after each file. map: how another
-    code names the columns."""
+    """Write the PDF of column files; the number of its pages. `done` is called after each file; map: another code's names."""
     check_written([target], [*files, *geometry])
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
     runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
@@ -176,27 +148,21 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
 def drawn(run: RunData) -> Figures:
     """The pages of a run as figures; Error where it has no columns to draw."""
     with ldbench_style():
-        pages = list(case_figures(run))
-    check_drawn([Part(run.name, run.file, tuple(title for title, _ in pages))], [run])
-    return Figures(figure for _, figure in pages)
+        return Figures(figure for _, figure in case_figures(run))
 
 
 def plot_runs(runs: Sequence[RunData], target: Path) -> int:
     """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
     check_written([target], [])
     check_ending(target, "a document .pdf", ".pdf")
-    chapters = [(run.heading, case_figures(run)) for run in runs]
-    return save_document(chapters, target, f"ldbench: {', '.join(run.name for run in runs)}", runs)
+    return save_document([(run.heading, case_figures(run)) for run in runs], target,
+                         f"ldbench: {', '.join(run.name for run in runs)}")
 
 
-def save_document(chapters: Iterable[Chapter], target: Path, title: str, runs: Sequence[RunData] = ()) -> int:
-    """Draw chapters here, one after the other, into a document; the number of its pages. Error where one of `runs`, which have a
-    chapter each, has nothing to draw."""
-    with tempfile.TemporaryDirectory() as scratch, ldbench_style():
-        parts = save_parts(Path(scratch)/"pages.pdf", chapters)
-        if runs:
-            check_drawn(parts, runs)
-        return bind(parts, target, title)
+def save_document(chapters: Iterable[Chapter], target: Path, title: str) -> int:
+    """Draw chapters here, one after the other, into a document; the number of its pages."""
+    with tempfile.TemporaryDirectory() as scratch:
+        return bind(save_parts(Path(scratch)/"pages.pdf", chapters), target, title)
 
 
 @contextmanager
@@ -206,34 +172,32 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
             chaotic: Chaotic | None = None) -> Iterator[Callable[[], int]]:
     """Start drawing in worker processes, and give the function that waits for them and writes the document.
 
-    `further`: last chapters, which are drawn there too; to draw them builds no contact
-    tables: OpenMP's threads do not outlive a fork.  `fine`: parts of runs with more rows, by the names of the runs;
-    `chaotic`: their results that the summary has in italics."""
+    `further`: last chapters, drawn there too; they build no contact tables: OpenMP's threads do not outlive a fork. `fine`: parts
+    of runs with more rows, by the names of the runs; `chaotic`: their results that the summary has in italics."""
     chapters = [*((run.heading, case_figures(run, (fine or {}).get(run.name))) for run in runs), *further]
     # The processes have the runs as they are forked; nothing is sent to them.
-    work = [partial(draw_chapter, chapter) for chapter in chapters]
+    work = [partial(save_parts, chapters=[chapter]) for chapter in chapters]
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
         tasks: list[Future[list[Part]]] = [pool.submit(call_known, n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
         for task in tasks[:len(runs)]:
             task.add_done_callback(lambda _: done())
-        compared = free(runs)
-        front = front_parts([full_row(run) for run in runs], geometry, compared if len(compared) > 1 else [], chaotic,
-                            Path(scratch)/"front.pdf")
-
-        def finish() -> int:
-            parts = [part for task in tasks for part in task.result()]
-            check_drawn(parts[:len(runs)], runs)
-            return bind([*front, *parts], target)
-
-        yield finish
+        with ldbench_style():
+            front: list[Chapter] = [("Summary", [("summary", summary_page([full_row(run) for run in runs], chaotic))])]
+            for run, functions in geometry:
+                shape = geometry_page(run, functions)
+                front.append((shape.texts[0].get_text(), [("geometry", shape)]))
+            if beside := list(overview_figures(runs)):
+                front.append(("Side by side", beside))
+            parts = save_parts(Path(scratch)/"front.pdf", front)
+        yield lambda: bind([*parts, *(part for task in tasks for part in task.result())], target)
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:
-    """Put parts together with bookmarks and page numbers; returns the number of pages. Several parts of many pages get a
-    contents page."""
+    """Put parts together with bookmarks, page numbers and, if they are many, a contents page; the number of pages."""
     writer = PdfWriter()
     listed = len(parts) > 1 and sum(len(part.pages) for part in parts) >= LISTED
-    lines = entries([(part.title, part.pages) for part in parts], 2)
+    lines = entries([(part.title, part.pages) for part in parts], 2 if listed else 1)
+    links: list[tuple[Rectangle, int]] = []
     with tempfile.TemporaryDirectory() as scratch, ldbench_style():
         if listed:
             page, links = contents_page(title.removeprefix("ldbench: ").capitalize(), lines)
@@ -242,18 +206,81 @@ def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of al
             writer.add_outline_item(title="Contents", page_number=0)
         files = {part.file: PdfReader(part.file) for part in parts}
         for part in parts:
-            start = len(writer.pages)
             writer.append(files[part.file], pages=(part.first, part.first + len(part.pages)), import_outline=False)
-            chapter = writer.add_outline_item(title=part.title, page_number=start)
-            if len(part.pages) > 1:
-                for k, name in enumerate(part.pages):
-                    writer.add_outline_item(title=name, page_number=start + k, parent=chapter)
-        if listed:
-            for rectangle, number_of_page in links:
-                writer.add_annotation(0, Link(rect=rectangle, target_page_index=number_of_page - 1, fit=Fit("/Fit")))
-    number(writer)
+        chapter = None
+        for line in lines:
+            item = writer.add_outline_item(title=line.words, page_number=line.page - 1, parent=None if line.chapter else chapter)
+            chapter = item if line.chapter else chapter
+        for rectangle, page_number in links:
+            writer.add_annotation(0, Link(rect=rectangle, target_page_index=page_number - 1, fit=Fit("/Fit")))
+        number(writer, Path(scratch)/"numbers.pdf")
     writer.add_metadata({"/Title": title})
     writer.compress_identical_objects()
     with complete(target) as file:
         writer.write(file)
     return len(writer.pages)
+
+
+class Entry(NamedTuple):
+    """A line of the contents page."""
+    words: str
+    page: int           # number of the page, from 1
+    chapter: bool
+
+
+def entries(parts: Sequence[tuple[str, Sequence[str]]], first: int) -> list[Entry]:
+    """The lines for parts of the document, of which the first begins on page `first`. A part of one page has one line."""
+    found, page = [], first
+    for title, pages in parts:
+        found.append(Entry(title, page, True))
+        if len(pages) > 1:
+            found += [Entry(words, page + k, False) for k, words in enumerate(pages)]
+        page += len(pages)
+    return found
+
+
+def contents_page(title: str, lines: Sequence[Entry]) -> tuple[Figure, list[tuple[Rectangle, int]]]:
+    """The contents page, the places of its links, and the numbers of the pages to which they lead, from 1."""
+    figure = new_page(title, "contents", "each line leads to its page; the bookmarks of the document are the same")
+    columns = arranged(lines)
+    rows = max(map(len, columns), default=1)
+    height = min(LINE, (TOP - BOTTOM)/rows)
+    width = (RIGHT - LEFT)/COLUMNS
+    targets = []
+    for column, row, entry in ((j, k, entry) for j, found in enumerate(columns) for k, entry in enumerate(found)):
+        left, top = LEFT + width*column, TOP - height*row
+        indent = 0.0 if entry.chapter else 0.012
+        weight = "bold" if entry.chapter else "normal"
+        size = 8*min(1.0, height/LINE)
+        figure.text(left + indent, top, plain(entry.words), fontsize=size, weight=weight, va="top")
+        figure.text(left + width - 0.03, top, f"{entry.page}", fontsize=size, weight=weight, va="top", ha="right")
+        x, y = 72*PAGE[0], 72*PAGE[1]
+        targets.append(((left*x, (top - 0.85*height)*y, (left + width - 0.03)*x, (top + 0.15*height)*y), entry.page))
+    return figure, targets
+
+
+def arranged(lines: Sequence[Entry]) -> list[list[Entry]]:
+    """The lines in columns as short as possible; a chapter is not broken."""
+    starts = [k for k, line in enumerate(lines) if line.chapter]
+    chapters = [lines[first:after] for first, after in zip(starts, [*starts[1:], len(lines)], strict=True)]
+    for rows in range(max(map(len, chapters), default=1), len(lines) + 1):
+        columns: list[list[Entry]] = [[]]
+        for chapter in chapters:
+            if len(columns[-1]) + len(chapter) > rows:
+                columns.append([])
+            columns[-1] += chapter
+        if len(columns) <= COLUMNS:
+            return columns
+    return [list(lines)]
+
+
+def number(writer: PdfWriter, scratch: Path) -> None:
+    """Write 'page / pages' at the foot of every page, by way of a scratch file."""
+    numbers = []
+    for k in range(len(writer.pages)):
+        numbers.append(("", Figure(figsize=PAGE, facecolor="none")))
+        numbers[-1][1].text(RIGHT, FOOT, f"{k + 1} / {len(writer.pages)}", fontsize=7, color="0.25", ha="right", va="baseline")
+    save_pages(scratch, numbers)
+    for page, own in zip(writer.pages, PdfReader(scratch).pages, strict=True):
+        page.merge_page(own)
+        page.compress_content_streams()

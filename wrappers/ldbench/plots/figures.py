@@ -1,27 +1,33 @@
-"""Figures of the abstract."""
+"""Runs side by side: pages of exercises 1 to 4, and the figures of the abstract.
+
+Those of the abstract have the size at which they are printed [in]: no letter gets smaller.
+"""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
+from ..results.contact_intervals import ContactInterval
+from ..results.derived import PARTS, Exchange, exchange
 from ..results.quantities import CONTACT_NAMES, KN, MM, PAIRS
 from ..results.run_data import RunData
-from .sections import draw_detail, instants, placed_outlines
+from .frame import legend_above, legend_of_page, new_page
+from .impact import draw_detail, instants, placed_outlines
 from .series import ELASTIC, KINETIC
-from .stretches import first_impact
-from .style import BLACK, CONTACT_LINES, DASHED, DOTTED, GREY, SERIES, plain_numbers
+from .stretches import PANEL, first_impact, thin
+from .style import BLACK, BLUE, CONTACT_LINES, DASHED, DOTTED, GREEN, GREY, PURPLE, RED, SERIES, SKY, Line, plain_numbers
 
-
-def small_figure(width: float, height: float) -> Figure:
-    """Make an empty figure of the size at which it is printed [in]: no letter of it gets smaller."""
-    return Figure(figsize=(width, height), layout="constrained")
+PAIR_LINES = Line(BLACK), Line(RED, DASHED, 1.1)
+NEEDED = {"Y", "vY", "N_LF", "N_RF", *PARTS}
 
 
 def by_pair(runs: Sequence[RunData]) -> dict[str, list[RunData]]:
-    """Runs by pair of profiles, 'aw' and 'sw'."""
-    return {pair: [run for run in runs if run.name.endswith(f"_{pair}")] for pair in PAIRS}
+    """Runs by pair of profiles, 'aw' and 'sw'; a pair without runs is left out."""
+    return {pair: own for pair in PAIRS if (own := [run for run in runs if run.name.endswith(f"_{pair}")])}
 
 
 def free(runs: Sequence[RunData]) -> list[RunData]:
@@ -29,46 +35,39 @@ def free(runs: Sequence[RunData]) -> list[RunData]:
     return [run for run in runs if run.exercise in range(1, 5)]
 
 
-def pair_words(pair: str, own: Sequence[RunData]) -> str:
-    """The profiles of a pair's runs in words."""
-    return own[0].pair if own else PAIRS[pair]
-
-
 def motion_figure(runs: Sequence[RunData]) -> Figure:
     """Lateral displacement of exercises 1 to 4 against the distance that the first velocity would cover."""
-    figure = small_figure(5.2, 1.6)
-    axes = figure.subplots(1, 2)
-    for ax, (pair, own) in zip(axes, by_pair(runs).items(), strict=True):
-        for run, line in zip(free(own), SERIES, strict=False):
+    pairs = by_pair(free(runs))
+    figure = Figure(figsize=(5.2, 1.6), layout="constrained")
+    axes = figure.subplots(1, len(pairs), squeeze=False)[0]
+    for ax, own in zip(axes, pairs.values(), strict=True):
+        for run, line in zip(own, SERIES, strict=False):
             speed = run.values("vY")[0]
             ax.plot(MM*speed*run.time, MM*run.values("Y"), label=f"{speed:g} m/s", **line.kwargs())
-        ax.set_title(pair_words(pair, own), loc="left")
+        ax.set_title(own[0].pair, loc="left")
         ax.set_xlabel("initial velocity × time [mm]")
     axes[0].set_ylabel("Y [mm]")
-    if drawn := [ax for ax in axes if ax.lines]:        # a report of one pair has one panel of runs
-        drawn[0].legend(loc="upper right", fontsize=6.5, ncols=2, columnspacing=1.0)
+    axes[0].legend(loc="upper right", fontsize=6.5, ncols=2, columnspacing=1.0)
     return figure
 
 
 def impact_figure(runs: Sequence[RunData]) -> Figure:
     """First contact of the left flange: normal force against time, its peak against velocity."""
-    figure = small_figure(5.2, 1.7)
+    figure = Figure(figsize=(5.2, 1.7), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.2, 1])
-    for (pair, own), dashes, marker in zip(by_pair(runs).items(), ("-", DASHED), "os", strict=True):
-        speeds, peaks = [], []
-        for run, line in zip(free(own), SERIES, strict=False):
-            first = run.first_interval("LF")
-            if first is None:
+    for pair, own in by_pair(free(runs)).items():
+        actual, speeds, peaks = pair == "aw", [], []
+        for run, line in zip(own, SERIES, strict=False):
+            if (first := run.first_interval("LF")) is None:
                 continue
-            rows = slice(*np.searchsorted(run.time, [first.start, first.end]) + [0, 1])
-            t, N = 1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows]
-            left.plot(t, N, color=line.color, linestyle=dashes, linewidth=0.9,
-                      label=f"{run.values('vY')[0]:g} m/s" if dashes == "-" else None)
             speeds.append(run.values("vY")[0])
             peaks.append(KN*first.peak)
-        right.plot(speeds, peaks, marker, color=BLACK, markersize=4, label=pair_words(pair, own),
-                   markerfacecolor=BLACK if marker == "o" else "white")
-        if pair == "aw" and speeds:
+            rows = slice(*np.searchsorted(run.time, [first.start, first.end]) + [0, 1])
+            left.plot(1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows], color=line.color, linewidth=0.9,
+                      linestyle="-" if actual else DASHED, label=f"{speeds[-1]:g} m/s" if actual else None)
+        right.plot(speeds, peaks, "o" if actual else "s", color=BLACK, markersize=4, label=own[0].pair,
+                   markerfacecolor=BLACK if actual else "white")
+        if actual and speeds:
             v = np.array([min(speeds), max(speeds)])
             right.plot(v, peaks[0]*(v/speeds[0])**1.2, color=GREY, linewidth=0.8, linestyle=DOTTED, label="slope 6/5")
     left.set(yscale="log", ylim=(10, None), xlabel="time since the flange touched [ms]", ylabel="N of the left flange [kN]")
@@ -88,13 +87,12 @@ STEPS = 130                 # intervals of the lateral force
 
 def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
     """Exercise 5: vertical forces until the last second over the lateral force, a panel per pair: means and percentiles."""
-    ramps = {pair: own for pair, all_own in by_pair(runs).items()
-             if (own := [run for run in all_own if run.exercise == 5 and run.time[-1] > 2])}
+    ramps = by_pair([run for run in runs if run.exercise == 5 and run.time[-1] > 2]).values()
     if not ramps:
         return None
-    figure = small_figure(6.1, 1.85)
+    figure = Figure(figsize=(6.1, 1.85), layout="constrained")
     axes = figure.subplots(1, len(ramps), sharey=True, squeeze=False)[0]
-    for ax, (pair, own) in zip(axes, ramps.items(), strict=True):
+    for ax, own in zip(axes, ramps, strict=True):
         for run in own:
             rows = run.time < run.time[-1] - 1
             for contact in ("LF", "LT", "RT"):
@@ -102,7 +100,7 @@ def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
                 line = CONTACT_LINES[contact]
                 ax.fill_between(force, low, high, color=line.color, alpha=0.22, linewidth=0)
                 ax.plot(force, mean, label=CONTACT_NAMES[contact], **line.kwargs())
-        ax.set_title(pair_words(pair, own), loc="left")
+        ax.set_title(own[0].pair, loc="left")
         ax.set_xlabel("lateral force [kN]")
     axes[0].set_ylabel("vertical force [kN]")
     axes[0].legend(loc="upper left", fontsize=6.5)
@@ -131,7 +129,7 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
         return None
     chosen = [run for run in runs if run.exercise == shown.exercise and first_impact(run)][:2]
     placed = [(run, outlines) for run in chosen if (outlines := placed_outlines(run))]
-    figure = small_figure(6.0, 1.75)
+    figure = Figure(figsize=(6.0, 1.75), layout="constrained")
     *sections, energies = figure.subplots(1, len(placed) + 1, squeeze=False)[0]
     for ax, (run, outlines) in zip(sections, placed, strict=True):
         draw_detail(ax, run, outlines, instants(run)[0][1], right=False)
@@ -145,3 +143,97 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
     energies.set_title(f"energies, {shown.pair} [J]", loc="left", fontsize=6.2)
     energies.tick_params(labelsize=6)
     return figure
+
+
+def overview_figures(runs: Sequence[RunData]) -> Iterator[tuple[str, Figure]]:
+    """The pages that compare runs of exercises 1 to 4, where there are several."""
+    shown = [run for run in free(runs) if NEEDED.issubset(run.data)]
+    if len(shown) < 2:
+        return
+    yield "exercises 1 to 4 side by side", side_by_side(shown)
+    told = [(run, first, energies) for run in shown
+            if (first := run.first_interval("LF")) and (energies := exchange(run, first.start, first.end))]
+    if told:
+        yield "first contact of the left flange", first_contacts(told)
+
+
+def side_by_side(runs: Sequence[RunData]) -> Figure:
+    """Lateral motion, flange forces, the first contact and the kinetic energy of exercises 1 to 4, an exercise to a row."""
+    exercises = list(dict.fromkeys(run.exercise for run in runs))
+    figure = new_page("Exercises 1 to 4 side by side", "", "first contact: the time counts from the first touch of the left "
+                      "flange; force of flanges: the left one upwards, the right one downwards")
+    axes = figure.subplots(len(exercises), 4, squeeze=False)
+    for row, exercise in zip(axes, exercises, strict=True):
+        for run, line in zip([run for run in runs if run.exercise == exercise], PAIR_LINES, strict=False):
+            t, look = run.time, line.kwargs() | {"label": run.pair or run.name}
+            row[0].plot(*thin(t, MM*run.values("Y"), PANEL), **look)
+            row[1].plot(*thin(t, KN*run.values("N_LF"), PANEL), **look)
+            row[1].plot(*thin(t, -KN*run.values("N_RF"), PANEL), **line.kwargs())
+            if first := run.first_interval("LF"):
+                rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
+                row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
+            row[3].plot(*thin(t, np.sum([run.values(part) for part in PARTS], axis=0), PANEL), **look)
+        words = f"Exercise {exercise}: Y [mm]", "N of flanges [kN]", "N, first contact [kN]", "kinetic energy [J]"
+        for ax, label in zip(row, words, strict=True):
+            ax.set_ylabel(label)
+            ax.locator_params(nbins=5)
+    for ax, label in zip(axes[-1], ("time [s]", "time [s]", "time since the touch [ms]", "time [s]"), strict=True):
+        ax.set_xlabel(label)
+    figure.align_ylabels(axes)
+    legend_of_page(figure, axes[0, 0].get_lines())
+    return figure
+
+
+def first_contacts(told: Sequence[tuple[RunData, ContactInterval, Exchange]]) -> Figure:
+    """Where the energy goes in the first contact of the left flange; peak, duration, impulse and rebound over the velocity."""
+    figure = new_page("First contact of the left flange in exercises 1 to 4", "", (
+        "bars: kinetic energy at the end of the contact over that at its beginning; what is missing is elastic and potential "
+        "energy. Dotted: powers 6/5, -1/5 and 1 of Hertz's impact of two bodies, through the slowest run with the first pair"))
+    body = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
+    draw_shares(figure.add_subplot(body[0]), [run.name for run, *_ in told], [energies for *_, energies in told])
+    axes = body[1].subgridspec(2, 2).subplots()
+    pairs = list(dict.fromkeys(run.pair for run, *_ in told))
+    for pair, marker in zip(pairs, "os", strict=False):
+        own = [(run, first) for run, first, _ in told if run.pair == pair]
+        speed = np.array([run.values("vY")[0] for run, _ in own])
+        rebound = [-np.interp(first.end, run.time, run.values("vY"))/run.values("vY")[0] for run, first in own]
+        for ax, x, power in zip(axes.ravel(), (
+                [KN*first.peak for _, first in own], [1e3*first.duration for _, first in own],
+                [KN*first.impulse for _, first in own], rebound), (6/5, -1/5, 1, None), strict=True):
+            ax.plot(speed, x, marker, color=BLACK, markersize=4.5, markerfacecolor=BLACK if marker == "o" else "white", label=pair)
+            if power is not None and pair == pairs[0]:
+                ax.plot(speed, x[0]*(speed/speed[0])**power, color=GREY, linewidth=0.8, linestyle=":",
+                        label="Hertz" if ax is axes[0, 0] else None)
+    for ax, words in zip(axes.ravel(), ("peak N [kN]", "duration [ms]", "impulse ∫N dt [kN·s]",
+                                        "lateral velocity after / before, reversed"), strict=True):
+        ax.set(xscale="log", xlabel="initial lateral velocity [m/s]", ylabel=words)
+        ax.margins(0.12)
+        plain_numbers(ax.xaxis)
+        if ax is axes[1, 1]:
+            ax.set_ylim(-0.1, 1)
+        else:
+            ax.set(yscale="log")
+            plain_numbers(ax.yaxis)
+            ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes[0, 0].legend(loc="lower right", fontsize=6.5)
+    return figure
+
+
+def draw_shares(ax: Axes, names: Sequence[str], energies: Sequence[Exchange]) -> None:
+    """Stacked bars of kinetic energies after an impact, in per cent of their sum before it."""
+    left = np.zeros(len(names))
+    total = np.array([sum(one.before.values()) for one in energies])
+    for (part, words), color in zip(PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
+        share = 100*np.array([one.after[part] for one in energies])/total
+        ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
+        for k, (x, width) in enumerate(zip(left, share, strict=True)):
+            if width > 6:
+                ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5,
+                        color="white" if color == BLUE else BLACK)
+        left += share
+    ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential")
+    ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
+    ax.invert_yaxis()
+    ax.grid(visible=False, axis="y")
+    legend_above(ax)
+    ax.set_xlabel("share of the kinetic energy before the contact [%]")

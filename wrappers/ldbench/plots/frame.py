@@ -8,6 +8,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..results.quantities import MM, scientific
 from ..results.run_data import RunData
@@ -23,15 +24,14 @@ LINE_LENGTH = 234       # characters of a caption; its last line, which is short
 
 def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
     """Make an empty page with title, subtitle and caption; what is drawn is laid out between them."""
-    figure = Figure(figsize=PAGE, layout="constrained")
+    figure = Figure(figsize=PAGE)
     figure.text(LEFT, TOP, plain(title), fontsize=12, weight="bold", va="top")
     figure.text(RIGHT, TOP - 0.004, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
     lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, LINE_LENGTH)]
     figure.text(LEFT, FOOT, plain("\n".join(lines)), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
     bottom = FOOT + LINE*max(len(lines), 1) + 0.006
-    layout = figure.get_layout_engine()
-    assert layout
-    layout.set(rect=(LEFT, bottom, RIGHT - LEFT, TOP - HEAD - bottom), w_pad=0.05, h_pad=0.04, wspace=0.02, hspace=0.02)
+    figure.set_layout_engine(ConstrainedLayoutEngine(rect=(LEFT, bottom, RIGHT - LEFT, TOP - HEAD - bottom), w_pad=0.05, h_pad=0.04,
+                                                     wspace=0.02, hspace=0.02))
     return figure
 
 

@@ -8,20 +8,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.patches import Polygon
 
+from ..geometry.outlines import Outlines, pose, run_outlines, turned
 from ..geometry.pressures import patch_history
-from ..results.contact_intervals import ContactInterval
+from ..results.contact_intervals import ContactInterval, is_closed
 from ..results.derived import PARTS, exchange
 from ..results.events import FLANGE_ANGLE
-from ..results.quantities import CONTACT_NAMES, DEG, KN, MM, significant
+from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM, significant
 from ..results.run_data import RunData
 from .frame import caption, new_page
-from .sections import draw_detail, instants, placed_outlines
-from .series import CLOSE, Page
+from .series import CLOSE, Page, draw_columns
 from .stretches import Window, first_impact
 from .style import BLACK, CONTACT_LINES
 from .tables import draw_table
-from .times import draw_columns
 
 MOST = 6            # impacts in the table
 HARDEST = "hardest contact of the left flange"
@@ -30,12 +30,16 @@ SOLVED = 9          # instants of the first contact at which its patch is solved
 HEADS = ("impact", "begins at", "lasts", "peak N", "at angle", "impulse ∫N dt", "elastic, largest",
          "lateral KE", "vertical KE", "roll KE")
 EDGES = 0.0, 0.09, 0.145, 0.21, 0.28, 0.345, 0.445, 0.55, 0.7, 0.85, 1.0      # of the table's columns
+RAIL_GREY = "#D0D0D0"
+ARROW = 40.0            # length of the longest arrow [mm]
+AROUND, ABOVE = 44.0, 46.0  # what is drawn beside the rail's head and below the top of rail, and above it [mm]
+HEAD = 0.04             # height of the rail below its top that makes its head [m]
+NEEDED = {"Y", "Z", "roll", *(f"{what}_{c}" for what in ("N", "Fy", "Fz", "y", "z", "angle") for c in CONTACTS)}
 
 
 @dataclass(frozen=True)
 class Recomputed:
     """A part of a run that was computed again with more rows."""
-
     run: RunData            # whose time counts from `start`
     start: float            # [s]
 
@@ -52,8 +56,8 @@ class Recomputed:
 
 
 def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
-    """Cross-sections at the first impacts of flanges, the first one of the left flange over time, and the impacts of flanges
-    in numbers; None where a run has none of these. `first`: the first contact, computed again."""
+    """Cross-sections at first impacts of flanges, that of the left flange over time, and the impacts of flanges in numbers; None
+    where a run has none of these. `first`: the first contact, computed again."""
     window, placed = first_impact(run), placed_outlines(run)
     if window is None and placed is None:
         return None
@@ -77,6 +81,47 @@ def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
         draw_close(body[2], run, first or window)
     draw_impacts(figure.add_subplot(body[3]), run)
     return figure
+
+
+def placed_outlines(run: RunData) -> Outlines | None:
+    """The outlines of a run that has what a picture needs."""
+    return run_outlines(run)[0] if NEEDED.issubset(run.data) else None
+
+
+def instants(run: RunData) -> list[tuple[str, int]]:
+    """Rows worth a picture: the peak of the first contact of each flange, or the hardest contact of the left one."""
+    found = [(f"first contact of the {CONTACT_NAMES[contact]}, at its peak", one.top) for contact in ("LF", "RF")
+             if (one := run.first_interval(contact))]
+    if found and not run.first_interval("RF"):
+        found.append(("hardest contact of the left flange", int(np.argmax(run.values("N_LF")))))
+    return found or [("end of the run", len(run.time) - 1)]
+
+
+def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -> None:
+    """One rail head with its wheel, contact points and force arrows at row k; the forces stand in the title."""
+    side, sign = placed.sides[right]
+    wheel, rail = turned(side.wheel*[sign, 1], *pose(run, k)), side.rail*[sign, 1]
+    ax.add_artist(Polygon(MM*rail, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7))
+    ax.plot(MM*wheel[:, 0], MM*wheel[:, 1], color=BLACK, linewidth=0.9)
+    contacts = ("RT", "RF") if right else ("LT", "LF")
+    longest = max(run.values(f"N_{c}")[k] for c in CONTACTS) or 1.0
+    words = []
+    for c in contacts:
+        N = run.values(f"N_{c}")[k]
+        if not is_closed(N):
+            continue
+        x, z = MM*run.values(f"y_{c}")[k], MM*run.values(f"z_{c}")[k]
+        arrow = ARROW/longest*np.array([run.values(f"Fy_{c}")[k], run.values(f"Fz_{c}")[k]])
+        color = CONTACT_LINES[c].color
+        ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010, zorder=4)
+        ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
+        words.append(f"{CONTACT_NAMES[c].split()[1]} {significant(KN*N)} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
+    title = ax.set_title(f"{'right' if right else 'left'}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
+    title.set_in_layout(False)
+    head = sign*MM*side.rail[side.rail[:, 1] > side.rail[:, 1].max() - HEAD, 0]
+    ax.set(xlim=(head.max() + AROUND, head.min() - AROUND), ylim=(-AROUND, ABOVE), xlabel="y [mm]")
+    ax.set_aspect("equal", anchor="NW")
+    ax.tick_params(labelsize=6)
 
 
 def hardest_page(run: RunData, hardest: Recomputed) -> Figure:

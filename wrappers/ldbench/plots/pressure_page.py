@@ -17,7 +17,7 @@ from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData
 from .document import save_sheets
 from .frame import caption, legend_above, new_page
-from .sections import RAIL_GREY
+from .impact import RAIL_GREY
 from .style import BLACK, BLUE, DASHED, GREEN, RED, ldbench_style
 
 MPA = 1e-6

@@ -10,19 +10,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..geometry.pair import Pair
-from ..profiles.measures import PARTS
+from ..profiles.measures import PARTS, TAPE_CIRCLE
 from ..profiles.profile import ProfileData
 from ..results.quantities import DEG, MM
-from .dimensions import draw_rail_dimensions, draw_wheel_dimensions
 from .document import save_sheets
 from .frame import legend_above, new_page
-from .pair_page import pair_page
+from .geometry import pair_page
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
+
+Point = tuple[float, float]         # [mm]
+
+INK = "#303030"
+ARROW = {"color": INK, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
+BELOW = 7.0                         # from the tip of the flange down to the dimension line of qR [mm]
+LEFT = -9.0                         # the dimension line of Sh, from the back of the wheel [mm]
+ARCS = {"crown_radius": 0.0, "shoulder_radius": 8.5, "corner_radius": 52.0}     # middle of the arc from the rail's axis [°]
 
 
 def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str) -> Figure:
-    """Profiles in columns: shape, parts and dimensions, distance of the points from the curve where one is smoothed, tangent
-    angle, curvature; on the right the numbers."""
+    """Profiles in columns: shape, parts and dimensions, distance of the points, angle, curvature; on the right the numbers."""
     figure = new_page(" on ".join(Path(p.path).name for p in profiles), note)
     smoothed = any(profile.smoothing for profile in profiles)
     heights = [1.7, 0.6, 1, 1] if smoothed else [1.7, 1, 1]
@@ -34,12 +40,11 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
             distance[0].plot(profile.points[:, 0], 1e3*profile.distance(), ".", markersize=1.5, color=SKY)
             distance[0].set_ylabel("distance [µm]")
         draw_shape(shape, profile, found)
-        for stations, label, color in ((profile.rough, "through the points", GREY),
-                                       (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK)):
-            if stations is profile.rough and profile.smoothing == 0:
-                continue
-            label = label if profile.smoothing else "through the points"
-            width = 0.5 if color == GREY else 0.9
+        curves = [(profile.smooth, "through the points", BLACK, 0.9)]
+        if profile.smoothing:
+            curves = [(profile.rough, "through the points", GREY, 0.5),
+                      (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK, 0.9)]
+        for stations, label, color, width in curves:
             angle.plot(MM*stations.y, DEG*stations.angle, color=color, linewidth=width, label=label)
             curvature.plot(MM*stations.y, stations.curvature, color=color, linewidth=width, label=label)
         usual = np.percentile(np.abs(profile.smooth.curvature), 99)
@@ -48,7 +53,12 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
         curvature.set_ylabel("curvature [1/m]")
         curvature.set_xlabel("y [mm]")
         legend_above(curvature)
-    write_lines(figure.add_subplot(grid[:, -1]), profiles, found)
+    blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
+    numbers = [line for block in blocks for entry in [*block, ""]
+               for line in textwrap.wrap(entry, 52, subsequent_indent="  ") or [""]]
+    side = figure.add_subplot(grid[:, -1])
+    side.set_axis_off()
+    side.text(0, 1, plain("\n".join(numbers)), fontsize=6.5, va="top", linespacing=1.45, in_layout=False)
     return figure
 
 
@@ -73,21 +83,83 @@ def draw_shape(ax: Axes, profile: ProfileData, found: Pair | None) -> None:
     legend_above(ax)
 
 
-def write_lines(ax: Axes, profiles: Sequence[ProfileData], found: Pair | None) -> None:
-    """The numbers, in a column on the right."""
-    blocks = [profile.lines() for profile in profiles] + ([found.lines()] if found else [])
-    wrapped = []
-    for block in blocks:
-        wrapped += [line for entry in block for line in textwrap.wrap(entry, 52, subsequent_indent="  ")] + [""]
-    ax.set_axis_off()
-    ax.text(0, 1, plain("\n".join(wrapped)), fontsize=6.5, va="top", linespacing=1.45, in_layout=False)
+def wheel_dimensions(profile: ProfileData) -> dict[str, tuple[Point, Point]]:
+    """Ends of the dimension lines of Sh, Sd and qR [mm]; a measure that the profile lacks has none."""
+    sh, sd, qr = (MM*profile.measures[name] for name in ("Sh", "Sd", "qR"))
+    tip = MM*float(profile.smooth.z.min())
+    found: dict[str, tuple[Point, Point]] = {}
+    if np.isfinite(sh):
+        found["Sh"] = (LEFT, tip), (LEFT, tip + sh)
+    if np.isfinite([sh, sd]).all():
+        found["Sd"] = (0.0, tip + sh - 10), (sd, tip + sh - 10)
+    if np.isfinite([sh, sd, qr]).all():
+        found["qR"] = (sd - qr, tip - BELOW), (sd, tip - BELOW)
+    return found
+
+
+def draw_wheel_dimensions(ax: Axes, profile: ProfileData) -> None:
+    """Draw Sh, Sd and qR with lines that lead to the profile, and the tape circle."""
+    lines = wheel_dimensions(profile)
+    tip = int(np.argmin(profile.smooth.z))
+    y_tip, z_tip = MM*profile.smooth.y[tip], MM*profile.smooth.z[tip]
+    tape = MM*TAPE_CIRCLE
+    if "Sh" in lines:
+        top = lines["Sh"][1][1]
+        lead(ax, (y_tip, z_tip), (LEFT - 1, z_tip))
+        lead(ax, (tape, top), (LEFT - 1, top))
+        ax.plot([tape, tape], [top - 9, top + 6], color=GREY, linewidth=0.6, linestyle=(0, (8, 2, 2, 2)))
+        ax.text(tape + 1, top - 8, "tape circle", fontsize=6, color=INK)
+    if "Sd" in lines:
+        z = lines["Sd"][0][1]
+        lead(ax, (0.0, z), (0.0, z + 4))
+    if "qR" in lines:
+        (inner, bottom), (outer, _) = lines["qR"]
+        lead(ax, (inner, z_tip + 2), (inner, bottom - 1))
+        lead(ax, (outer, lines["Sd"][1][1]), (outer, bottom - 1))
+    for name, (first, last) in lines.items():
+        dimension(ax, first, last, f"{name} {MM*profile.measures[name]:.2f}", below=name == "qR")
+
+
+def draw_rail_dimensions(ax: Axes, profile: ProfileData) -> None:
+    """Write the radii beside their arcs and mark the gauge point."""
+    curve, lean = profile.smooth, profile.measures["inclination"]
+    upright = lean if np.isfinite(lean) else 0.0
+    top = int(np.argmax(curve.z))
+    for name, at in ARCS.items():
+        radius = MM*profile.measures[name]
+        if not np.isfinite(radius):
+            continue
+        angle = upright + np.radians(at)
+        k = int(np.argmin(np.abs(curve.angle[:top + 1] - angle))) if at else top
+        y, z = MM*curve.y[k], MM*curve.z[k]
+        inward = np.array([np.sin(curve.angle[k]), -np.cos(curve.angle[k])])
+        ax.annotate(f"R {radius:.1f}", (y, z), (y + 11*inward[0], z + 11*inward[1]), fontsize=6, ha="center", va="center",
+                    color=INK, arrowprops=ARROW | {"arrowstyle": "-|>", "linewidth": 0.5})
+    gauge = MM*profile.measures["gauge_point_y"]
+    if np.isfinite(gauge):
+        z = MM*float(np.interp(gauge, MM*curve.y[:top + 1], curve.z[:top + 1]))
+        ax.plot([gauge], [z], "o", markersize=2.5, color=INK)
+        ax.annotate("gauge point", (gauge, z), (gauge + 1.5, z - 6), fontsize=6, ha="left", va="center", color=INK)
+
+
+def lead(ax: Axes, start: Point, end: Point) -> None:
+    """Draw a thin line from the profile to the end of a dimension line."""
+    ax.plot(*zip(start, end, strict=True), color=GREY, linewidth=0.4)
+
+
+def dimension(ax: Axes, first: Point, last: Point, words: str, below: bool = False) -> None:
+    """Draw a dimension line with an arrow at either end and its words beside the middle."""
+    ax.annotate("", first, last, arrowprops=ARROW | {"arrowstyle": "<|-|>", "linewidth": 0.6})
+    middle = (first[0] + last[0])/2, (first[1] + last[1])/2
+    if first[0] == last[0]:
+        ax.text(middle[0] - 1, middle[1], words, rotation=90, fontsize=6, ha="right", va="center", color=INK)
+    else:
+        ax.text(middle[0], middle[1] + (-0.9 if below else 0.7), words, fontsize=6, ha="center", va="top" if below else "bottom",
+                color=INK)
 
 
 def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
-    """Write the pages of profiles and pair, a .pdf, or a .png with one below the other.
-
-    reference: the combination of EN 15302 that is drawn behind the conicity.
-    """
+    """Write the pages of profiles and pair, .pdf or .png. reference: the combination of EN 15302 behind the conicity."""
     with ldbench_style():
         figures = [profile_page(profiles, found, note)]
         if found:

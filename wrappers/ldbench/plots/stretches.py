@@ -78,8 +78,7 @@ def first_impact(run: RunData, contact: str = "LF") -> Window | None:
 
 
 def band(t: np.ndarray, x: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, ...]:
-    """Bin centres, smallest, largest and mean value of x in `bins` equal numbers of rows; nan where
-    all are nan."""
+    """Bin centres, smallest, largest and mean value of x in `bins` equal numbers of rows; nan where all are nan."""
     edges = np.linspace(0, len(t), min(bins, len(t)) + 1).astype(int)[:-1]
     known = ~np.isnan(x)
     count = np.add.reduceat(known.astype(float), edges)

@@ -1,8 +1,7 @@
 """One look for every figure: colours, lines, page, units.
 
-Left is blue, right is red; tread is dark and drawn through, flange light and dashed.
-The colours are those of Okabe and Ito, which colour-blind readers tell apart, and
-differ in lightness for print.
+Left is blue, right is red; tread is dark and drawn through, flange light and dashed. The colours are those of Okabe and Ito, which
+colour-blind readers tell apart, and differ in lightness for print.
 """
 from __future__ import annotations
 
@@ -28,7 +27,6 @@ BLACK, BLUE, SKY, RED, ORANGE, GREEN, PURPLE, GREY = (
 @dataclass(frozen=True)
 class Line:
     """The look of a line: colour, dashes, width [pt]."""
-
     color: str
     dashes: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 0.9
@@ -103,6 +101,5 @@ def plain_numbers(axis: Axis) -> None:
 
 
 def plain(words: str) -> str:
-    """Text of files and cases for matplotlib: a formula would lie between dollar signs, and fonts refuse half letters, which a
-    file name that is not UTF-8 has."""
+    """Text of files and cases for matplotlib, which takes dollar signs for formulas and refuses half letters of odd file names."""
     return words.encode(errors="replace").decode().replace("$", r"\$")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ..results.quantities import OUTCOME
-from ..results.summary import SUMMARY, Chaotic, shown
+from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
 from .frame import new_page
 from .style import plain
 
@@ -51,41 +51,29 @@ def draw_table(ax: Axes, rows: Rows, edges: Sequence[float] | np.ndarray, height
 
 def draw_listing(figure: Figure, header: Sequence[str], rows: Rows, widths: Sequence[float], left: Sequence[int], heads: int = 1,
                  above: int = 0, page: int = LINES) -> None:
-    """Draw a table over a whole page, as `table_page` does, with room for so many lines above it. page: lines of the page."""
-    edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
-    lines = [list(header), *map(list, rows)]
+    """Draw a table over a whole page below so many lines of headings, with room for so many lines `above` it.
 
-    def heading(i: int) -> bool:
-        return i < heads or not any(lines[i][1:])
-
-    for i, line in enumerate(lines):
-        if not heading(i):
-            fits = ((edges[1:] - edges[:-1])*CHARACTERS).astype(int)
-            lines[i] = [word if len(word) <= n else word[:max(n - 1, 1)] + "…" for word, n in zip(line, fits, strict=False)]
-    draw_table(figure.add_subplot(), lines, edges, 1/max(above + len(lines), page), above=above, left=left,
-               look=lambda i, j: {"weight": "bold" if heading(i) else "normal"},
-               band=lambda i: STRIPE if i >= heads and i % 2 == 0 else "")
-
-
-def table_page(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: Sequence[float], note: str = "",
-               left: Sequence[int] = (0,), heads: int = 1) -> Figure:
-    """A page with one table below so many lines of headings; the columns `left` are set to the left, numbers to the right.
-
-    Words below the headings are cut off where they do not fit their column. A line with words in the first column alone
-    is a heading, too.
+    The columns `left` are set to the left, numbers to the right. Words below the headings are cut off where they do not fit their
+    column. A line with words in the first column alone is a heading, too. page: lines of the page.
     """
-    figure = new_page(title, subtitle, note)
-    draw_listing(figure, header, rows, widths, left, heads)
-    return figure
+    edges = np.concatenate([[0.0], np.cumsum(widths)/np.sum(widths)])
+    fits = (np.diff(edges)*CHARACTERS).astype(int)
+    lines = [list(header), *map(list, rows)]
+    heading = [i < heads or not any(line[1:]) for i, line in enumerate(lines)]
+    lines = [line if head else [word if len(word) <= n else word[:max(n - 1, 1)] + "…" for word, n in zip(line, fits, strict=False)]
+             for line, head in zip(lines, heading, strict=True)]
+    draw_table(figure.add_subplot(), lines, edges, 1/max(above + len(lines), page), above=above, left=left,
+               look=lambda i, j: {"weight": "bold" if heading[i] else "normal"},
+               band=lambda i: STRIPE if i >= heads and i % 2 == 0 else "")
 
 
 def paged(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: Sequence[float], left: Sequence[int],
           note: str = "", second: Sequence[str] = ()) -> Iterator[tuple[str, Figure]]:
     """A table on as many pages as it needs; `second` is a second line of the heading."""
     for start in range(0, len(rows), ROWS):
-        yield title, table_page(title[0].upper() + title[1:], subtitle, header,
-                                [*([second] if second else []), *rows[start:start + ROWS]], widths, note, left,
-                                2 if second else 1)
+        figure = new_page(title[0].upper() + title[1:], subtitle, note)
+        draw_listing(figure, header, [*([second] if second else []), *rows[start:start + ROWS]], widths, left, 2 if second else 1)
+        yield title, figure
 
 
 SUMMARY_NOTE = (
@@ -95,8 +83,9 @@ SUMMARY_NOTE = (
     "red; tread dark and solid, flange light and dashed; dotted in panels over time: events.")
 
 
-def summary_page(rows: Sequence[dict[str, Any]], note: str = "", chaotic: Chaotic | None = None) -> Figure:
+def summary_page(rows: Sequence[dict[str, Any]], chaotic: Chaotic | None = None) -> Figure:
     """All runs in one table, `chaotic` results in italics."""
+    note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
     figure = new_page("LD benchmark: summary of all runs", "single wheelset without friction", f"{note}{SUMMARY_NOTE}")
     cells = [[shown(row, key, chaotic or {}) for row in rows] for key in SUMMARY]
     lines = [["", *(str(row["case"]) for row in rows)],

@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from .._core.errors import Error
 from .._core.files import complete
 from .._core.optional import needed
 from ..geometry.pressures import full_row
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.style import ldbench_style
-from ..results.columns import time_mean
+from ..results.columns import read_toml, time_mean
+from ..results.contact_intervals import ContactInterval
 from ..results.quantities import GRAVITY, KN, OUTCOME, scientific
 from ..results.run_data import RETURNED, RunData
 from ..results.summary import Chaotic, shown, summary_row
@@ -24,6 +26,10 @@ from . import formulations
 
 TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
 SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the unknown profiles [%], as `make validate` has it
+
+AUTHORS = "authors.toml"                    # in the working directory
+KEYS = "name", "affiliation"                # of an author
+TIMES = {1: "once", 2: "twice"}
 
 FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derailment_figure, "contact": contact_figure}
 
@@ -61,42 +67,51 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
 
 
 def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
-    """Collect the numbers of the text, ready to print; `chaotic` ones of the table are in a dictionary."""
+    """Collect the numbers of the text, ready to print; `chaotic` ones of the table, which are in italics, are in a dictionary."""
     rows = [full_row(run) for run in runs]
-    first = runs[0]
+    first, loose = runs[0], free(runs)
     ramps = [run for run in runs if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
+    struck = [(run, one) for run in loose if (one := run.first_interval("LF"))]
+    spans = [1e3*one.duration for _, one in struck] or [0.0]
+    lifts: dict[float, list[bool]] = {}         # by initial velocity [m/s], whether a wheel lifts off, with each pair of profiles
+    for run, row in zip(runs, rows, strict=True):
+        if run in loose:
+            lifts.setdefault(float(run.values("vY")[0]), []).append(
+                bool(row["n_left_wheel_lift_off"] or row["n_right_wheel_lift_off"]))
     return {
         "version": first.header.version,
-        "figures": {},
         "names": [run.name for run in runs],
-        "table": [[OUTCOME[key].brief, *(table_cell(key, row, chaotic) for row in rows)]
-                  for key in TABLE],
+        "table": [[OUTCOME[key].brief, *({"leaning": text} if leaning else text for text, leaning in (
+            shown(row, key, chaotic, TABLE[key]) for row in rows))] for key in TABLE],
         "marked": any(key in TABLE for found in chaotic.values() for key in found),
         "costs": costs(runs),
         "first": {"name": drawn.name} if (drawn := first_shown(runs)) else None,
-        "pairs": [pair_facts(own) for own in by_pair(runs).values() if own],
+        "pairs": [pair_facts(own) for own in by_pair(runs).values()],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
         "places": [PLACES.get(place, place) for place in first.header.table_errors],
         "errors": [[own[0].pair, *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
                                    own[0].header.table_errors.values())]
-                   for own in by_pair(runs).values() if own and own[0].header.table_errors],
-        "others": [{"name": run.name, "ending": run.ending} for run in free(runs) if run.ending != RETURNED],
-        "corners": [{"name": run.name, "times": times(passages)} for run in free(runs) if (passages := corner_passages(run))],
-        "exponents": exponents(runs),
+                   for own in by_pair(runs).values() if own[0].header.table_errors],
+        "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
+        "corners": [{"name": run.name, "times": TIMES.get(n, f"{n} times")} for run in loose if (
+            n := sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right")))],
+        "exponents": exponents(struck),
         "drift_free": scientific(max(r["drift_relative"] for r in rows if r["exercise"] != 5)),
         "drift_ramp": scientific(max([r["drift_relative"] for r in rows if r["exercise"] == 5], default=0.0)),
         "steps_free": sorted({f"{1e6*r['step']:.3g}" for r in rows if r["exercise"] != 5}, key=float),
         "steps_ramp": sorted({f"{1e6*run.result('step'):.3g}" for run in ramps}, key=float),
-        "order_free": f"{free(runs)[0].number('integrator', 'order'):.0f}",
+        "order_free": f"{loose[0].number('integrator', 'order'):.0f}",
         "order_ramp": f"{ramps[0].number('integrator', 'order'):.0f}" if ramps else "",
         "scheme": str(first.setting("integrator", "scheme")),
-        "explicit": all(is_explicit(run) for run in runs),
-        "energy_free": scientific(free(runs)[0].number("integrator", "energy_tolerance")),
+        # Whether the runs have the integrator that the text describes.
+        "explicit": all(run.setting("integrator", "scheme") == "newmark" and run.number("integrator", "beta") == 0 and run.number(
+            "integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0 for run in runs),
+        "energy_free": scientific(loose[0].number("integrator", "energy_tolerance")),
         "energy_ramp": scientific(ramps[0].number("integrator", "energy_tolerance")) if ramps else "",
-        "calm": [f"{speed:g}" for speed in speeds(runs, lifting=False)],
-        "thrown": [f"{speed:g}" for speed in speeds(runs, lifting=True)],
-        "duration": durations(runs),
+        "calm": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if not any(lifted)],
+        "thrown": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if all(lifted)],
+        "duration": [f"{min(spans):.1f}", f"{max(spans):.1f}"],
         "depth": f"{1e3*max(run.number('table', 'depth') for run in runs):.1f}",
         "threshold": f"{np.degrees(first.number('contact', 'flange_angle')):.0f}",
         "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
@@ -108,18 +123,12 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
 
 
 def costs(runs: Sequence[RunData]) -> list[list[str]]:
-    """Steps, their mean length and evaluations of the force, a row each, as the table prints them."""
+    """Steps, their mean length and evaluations of the force, a row each, with thin spaces between thousands."""
     steps, evaluations = ([run.result(name) for run in runs] for name in ("steps", "evaluations"))
-    if not np.isfinite([*steps, *evaluations]).all():
-        return []
-    return [["steps", *(grouped(n) for n in steps)],
+    grouped = [[f"{n:,.0f}".replace(",", "\u2009") for n in numbers] for numbers in (steps, evaluations)]
+    return [["steps", *grouped[0]],
             ["mean step [µs]", *(f"{1e6*run.time[-1]/n:.1f}" for run, n in zip(runs, steps, strict=True))],
-            ["evaluations of the force", *(grouped(n) for n in evaluations)]]
-
-
-def grouped(n: float) -> str:
-    """A number with thin spaces between thousands."""
-    return f"{n:,.0f}".replace(",", "\u2009")
+            ["evaluations of the force", *grouped[1]]]
 
 
 def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
@@ -129,18 +138,6 @@ def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
         return None
     row = max(known, key=lambda row: float(row["pmax_LF"]))
     return {"name": row["case"], "largest": f"{1e-9*row['pmax_LF']:.1f}", "area": OUTCOME["patch_LF"].text(row["patch_LF"])}
-
-
-def is_explicit(run: RunData) -> bool:
-    """Whether the run has the integrator that the text describes."""
-    return (run.setting("integrator", "scheme") == "newmark" and run.number("integrator", "beta") == 0
-            and run.number("integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0)
-
-
-def table_cell(key: str, row: dict[str, Any], chaotic: Chaotic) -> str | dict[str, str]:
-    """A result for the table; a chaotic one in a dictionary, which the template has in italics."""
-    text, leaning = shown(row, key, chaotic, TABLE[key])
-    return {"leaning": text} if leaning else text
 
 
 def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:
@@ -158,48 +155,15 @@ def percent(share: float) -> str:
     return f"{100*share:#.2g}".rstrip(".") + " %"
 
 
-def speeds(runs: Sequence[RunData], lifting: bool) -> list[float]:
-    """Initial velocities [m/s] of exercises 1 to 4 at which a wheel ever lifts off, or never does, with
-    all pairs of profiles."""
-    lifts: dict[float, list[bool]] = {}
-    for run in free(runs):
-        row = summary_row(run)
-        lifts.setdefault(float(run.values("vY")[0]), []).append(bool(row["n_left_wheel_lift_off"] or row["n_right_wheel_lift_off"]))
-    return sorted(speed for speed, found in lifts.items() if (all(found) if lifting else not any(found)))
-
-
-def corner_passages(run: RunData) -> int:
-    """How often a flange has passed the gauge corner of its rail in a run."""
-    return sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right"))
-
-
-def times(n: int) -> str:
-    """A number of repetitions in words."""
-    return {1: "once", 2: "twice"}.get(n, f"{n} times")
-
-
-def exponents(runs: Sequence[RunData]) -> list[dict[str, str]]:
-    """The power of the initial velocity with which the first peak of the left flange force grows, by pair of profiles.
-
-    The power follows from the slowest and the fastest run of exercises 1 to 4.
-    """
+def exponents(struck: Sequence[tuple[RunData, ContactInterval]]) -> list[dict[str, str]]:
+    """The power of the initial velocity with which the first flange peak grows, from the slowest to the fastest run of a pair."""
     found = []
-    for own in by_pair(free(runs)).values():
-        peaks: dict[float, float] = {}
-        for run in own:
-            if first := run.first_interval("LF"):
-                peaks[float(run.values("vY")[0])] = first.peak
+    for own in by_pair([run for run, _ in struck]).values():
+        peaks = {float(run.values("vY")[0]): one.peak for run, one in struck if run in own}
         if len(peaks) > 1:
             slow, fast = min(peaks), max(peaks)
-            power = np.log(peaks[fast]/peaks[slow])/np.log(fast/slow)
-            found.append({"name": own[0].pair, "value": f"{power:.2f}"})
+            found.append({"name": own[0].pair, "value": f"{np.log(peaks[fast]/peaks[slow])/np.log(fast/slow):.2f}"})
     return found
-
-
-def durations(runs: Sequence[RunData]) -> list[str]:
-    """Shortest and longest first contact of the left flange in exercises 1 to 4 [ms]."""
-    spans = [1e3*first.duration for run in free(runs) if (first := run.first_interval("LF"))] or [0.0]
-    return [f"{min(spans):.1f}", f"{max(spans):.1f}"]
 
 
 def ramp_facts(run: RunData, chaotic: Chaotic | None = None) -> dict[str, Any]:
@@ -225,3 +189,32 @@ def ramp_facts(run: RunData, chaotic: Chaotic | None = None) -> dict[str, Any]:
         "right_flange": f"{run.count('right flange contact') or 0}",
     } | {name: told(key) for name, key in (("time", "t_derailment"), ("force", "F_derailment"), ("peak", "peak_N_LF"),
                                            ("contacts", "n_left_flange_contact"), ("lift_offs", "n_right_wheel_lift_off"))}
+
+
+def read_authors(file: Path) -> list[dict[str, str]]:
+    """Name and affiliation of every author; none where the file does not exist.
+
+        [[author]]
+        name = "A. Author"
+        affiliation = "Institute, Town"     # may be left out
+    """
+    if not file.exists():
+        return []
+    told = read_toml(file)
+    authors = told.get("author", [])
+    if strange := [key for key in told if key != "author"]:
+        raise Error(f"{file}, {strange[0]}: expected tables [[author]] alone, found another name. Remove it")
+    if not isinstance(authors, list) or not all(isinstance(author, dict) for author in authors):
+        kind = type(authors).__name__
+        raise Error(f"{file}, author: expected tables [[author]], found {kind}. Write the name in double brackets")
+    return [checked(file, author) for author in authors]
+
+
+def checked(file: Path, author: dict[str, Any]) -> dict[str, str]:
+    """An author with all keys; Error where one is unknown, of another type, or the name is missing."""
+    for key, value in author.items():
+        if key not in KEYS or not isinstance(value, str) or not value.strip():
+            raise Error(f"{file}, author, {key}: expected a text for {' or '.join(KEYS)}, found {value!r}. Correct the file")
+    if "name" not in author:
+        raise Error(f"{file}, author: expected a name, found none. Add name = \"...\"")
+    return {key: str(author.get(key, "")).strip() for key in KEYS}

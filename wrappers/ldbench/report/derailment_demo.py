@@ -1,10 +1,10 @@
 """A demonstration of ensembles: peak flange force and derailment force over mass, gauge and flange angle."""
 from __future__ import annotations
 
-from importlib.machinery import SourceFileLoader
 from math import cos, radians, sin
 from pathlib import Path
-from types import ModuleType
+from runpy import run_path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from .._core.calls import Progress
 from .._core.errors import Error
 from .._core.files import complete, make_results_folder
 from ..case import Case, data_folder
@@ -35,34 +34,29 @@ CLEARANCE = 10.18                                       # published [mm]
 GAUGE_LINES = Line(SKY), Line(GREEN), Line(BLUE), Line(ORANGE), Line(PURPLE)
 
 
-def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", scheduler: str | None = None,
-                    threads: int | None = None, progress: Progress | bool | None = None) -> str:
+def derailment_demo(output: Path, scheduler: str | None, threads: int | None) -> str:
     """Run both ensembles, plot them to `output`, keep their Datasets beside it; what came out, in words.
 
     Exercise 3 in full over mass and gauge. Exercise 5 over mass and flange angle, from equilibrium on the flange
     10 kN below the largest load that has one.
     """
-    output = Path(output)
     make_results_folder(output.parent)
-    how: dict[str, Any] = {"scheduler": scheduler, "threads": threads, "progress": progress}
+    how: dict[str, Any] = {"scheduler": scheduler, "threads": threads, "progress": True}
     impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES.tolist()},
                       store=output.with_name("demo_impact.zarr"), **how)
     profiles = flange_profiles(output.parent/"demo_profiles")
-    hidden = None if progress else True             # None: shown on a terminal
     tables = [ContactTable.quiet(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
-              for angle in tqdm(ANGLES, desc="contact tables", disable=hidden, leave=False)]
+              for angle in tqdm(ANGLES, desc="contact tables", disable=None, leave=False)]
     members = [(table, mass) for table in tables for mass in RAMP_MASSES]
-    starts, limits = zip(*(ramp_case(table, mass) for table, mass in
-                           tqdm(members, desc="limit loads", disable=hidden, leave=False)), strict=True)
+    starts, limits = zip(*(ramp_case(*member) for member in tqdm(members, desc="limit loads", disable=None, leave=False)),
+                         strict=True)
     ramp = ensemble(starts, tables=tables, store=output.with_name("demo_ramp.zarr"), columns=("Y", "Z", "y_LF", "z_LF"),
                     rows=2, **how)
     ramp = ramp.assign(limit_load=("member", np.array(limits), {"units": "N"}),
                        flange_angle=("member", np.repeat(ANGLES, len(RAMP_MASSES)), {"units": "deg"}),
                        mass=("member", np.tile(RAMP_MASSES, len(ANGLES)), {"units": "kg"}))
-    with ldbench_style():
-        figure = plot(impact, ramp)
-        with complete(output) as scratch:
-            figure.savefig(scratch, format="pdf")
+    with ldbench_style(), complete(output) as scratch:
+        plot(impact, ramp).savefig(scratch, format="pdf")
     over = (ramp.event_force.sel(kind="derailment", occurrence=1) - ramp.limit_load)/ramp.limit_load
     failed = int((impact.error != "").sum() + (ramp.error != "").sum())
     return (f"{impact.error.size} runs of exercise 3, {ramp.error.size} of exercise 5, {failed} failed\n"
@@ -70,20 +64,9 @@ def derailment_demo(output: str | Path = "outputs/derailment_demo.pdf", schedule
             f"derailment {100*float(over.min()):.2f} to {100*float(over.max()):.2f} % above the limit load\n{output}")
 
 
-def make_profiles() -> ModuleType:
-    """The generator of the shipped profiles, which lies beside them."""
-    path = data_folder()/"profiles"/"make_profiles.py"
-    loader = SourceFileLoader("make_profiles", str(path))
-    module = ModuleType(loader.name)
-    loader.exec_module(module)
-    return module
-
-
 def flange_profiles(folder: Path) -> dict[float, Path]:
-    """The actual wheel with other flange angles [deg].
-
-    Flange height and clearance are kept: the straight face is as long and the throat where this asks for."""
-    mp = make_profiles()
+    """The actual wheel with other flange angles [deg]: height and clearance are kept, the straight face is as long as these ask."""
+    mp = SimpleNamespace(**run_path(str(data_folder()/"profiles"/"make_profiles.py")))      # of the shipped profiles
     folder.mkdir(exist_ok=True)
     rail = mp.arprof()
     files = {}
@@ -166,25 +149,20 @@ def plot(impact: xr.Dataset, ramp: xr.Dataset) -> Figure:
                       "right: exercise 5 with other flange angles, from equilibrium on the flange 10 kN below the largest load "
                       "that has one; the weight includes the vertical load")
     left, right = figure.subplots(1, 2)
-    draw_flange_forces(left, impact)
-    figure.colorbar(draw_derailment(right, ramp), ax=right, shrink=0.5, label="mass of the wheelset [kg]")
-    return figure
-
-
-def draw_flange_forces(ax: Axes, impact: xr.Dataset) -> None:
-    """Exercise 3: the largest force of either flange over the mass, for each gauge."""
     mass, gauges = impact.mass.values, impact.gauge.values
     for k, (line, gauge) in enumerate(zip(GAUGE_LINES, gauges, strict=False)):
-        ax.plot(mass, KN*impact.peak_N_LF.isel(gauge=k), label=f"gauge {MM*gauge:.1f} mm", **line.kwargs())
-        ax.plot(mass, KN*impact.peak_N_RF.isel(gauge=k), ".", color=line.color, markersize=4)
+        left.plot(mass, KN*impact.peak_N_LF.isel(gauge=k), label=f"gauge {MM*gauge:.1f} mm", **line.kwargs())
+        left.plot(mass, KN*impact.peak_N_RF.isel(gauge=k), ".", color=line.color, markersize=4)
     first, middle = KN*impact.peak_N_LF.isel(gauge=len(gauges)//2).values, len(mass)//2
-    ax.plot(mass, first[middle]*(mass/mass[middle])**0.6, color=BLACK, linestyle=DASHED, linewidth=0.9,
-            label="power 3/5 of the mass")
-    ax.margins(x=0.02)
-    ax.set_ylim(bottom=0)
-    ax.set_title("exercise 3: largest normal force of a flange", loc="left")
-    ax.legend(loc="lower right", ncols=2)
-    ax.set(xlabel="mass of the wheelset [kg]", ylabel="peak normal force [kN]")
+    left.plot(mass, first[middle]*(mass/mass[middle])**0.6, color=BLACK, linestyle=DASHED, linewidth=0.9,
+              label="power 3/5 of the mass")
+    left.margins(x=0.02)
+    left.set_ylim(bottom=0)
+    left.set_title("exercise 3: largest normal force of a flange", loc="left")
+    left.legend(loc="lower right", ncols=2)
+    left.set(xlabel="mass of the wheelset [kg]", ylabel="peak normal force [kN]")
+    figure.colorbar(draw_derailment(right, ramp), ax=right, shrink=0.5, label="mass of the wheelset [kg]")
+    return figure
 
 
 def draw_derailment(ax: Axes, ramp: xr.Dataset) -> PathCollection:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ from ..results.columns import time_mean
 from ..results.contact_intervals import ContactInterval
 from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
 from ..results.run_data import RunData
-from ..viewer.show import distinct
+from ..viewer.page import distinct
 
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
 IMPACTS = 100           # of a contact, in tables
@@ -23,8 +23,7 @@ MEASURES = {"start": ("start", "s"), "duration": ("duration", "s"), "peak": ("la
 
 @dataclass(frozen=True)
 class Comparison:
-    """Runs on common instants: `time` of the reference, counted from its alignment, and per run its
-    columns there."""
+    """Runs on common instants: `time` of the reference, counted from its alignment, and the columns of each run there."""
     time: np.ndarray                     # [s]
     runs: tuple[RunData, ...]          # the first is the reference
     shifts: tuple[float, ...]            # instants of each file that are taken as the same [s]
@@ -49,23 +48,16 @@ class Comparison:
         return self.values[k][column] - self.values[0][column]
 
 
-def alignment(run: RunData, align: str) -> float:
-    """The instant of a file [s] that counts as zero."""
-    if align == "time":
-        return 0.0
-    if (first := run.first_flange()) is None:
-        raise Error(f"{run.file}: expected a flange contact to align by, found none")
-    return first
-
-
 def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     """Bring runs onto common instants.  align: 'time', or 'first-flange' for the first flange contact of each."""
     if len(runs) < 2:
         raise Error("expected at least two column files")
     runs = distinct(runs)
-    shifts = tuple(alignment(run, align) for run in runs)
-    starts = [run.time[0] - shift for run, shift in zip(runs, shifts, strict=True)]
-    ends = [run.time[-1] - shift for run, shift in zip(runs, shifts, strict=True)]
+    firsts = [0.0 if align == "time" else run.first_flange() for run in runs]
+    if None in firsts:
+        raise Error(f"{runs[firsts.index(None)].file}: expected a flange contact to align by, found none")
+    shifts = tuple(first for first in firsts if first is not None)
+    starts, ends = zip(*((run.time[0] - shift, run.time[-1] - shift) for run, shift in zip(runs, shifts, strict=True)), strict=True)
     time = runs[0].time - shifts[0]
     room = 1e-9*max(abs(t) for t in starts + ends)
     time = time[(time >= max(starts) - room) & (time <= min(ends) + room)]
@@ -108,22 +100,17 @@ def event_times(run: RunData) -> dict[str, float]:
     return found | {"end": float(run.time[-1])}
 
 
-def peaks(run: RunData) -> dict[str, float]:
-    """The largest normal force [N] of each contact that closes."""
-    return {f"N_{c}": peak[0] for c in CONTACTS if (peak := run.peak(c))}
-
-
 def event_table(runs: Sequence[RunData]) -> pd.DataFrame:
     """Times of events and peaks of forces in every file against the reference, SI."""
     rows = []
-    times, forces = event_times(runs[0]), peaks(runs[0])
+    times = event_times(runs[0])
     for other in runs[1:]:
         mine = event_times(other)
-        rows += [pair_row(other, "event", name, name, "s", times.get(name), mine.get(name))
-                 for name in [*times, *(n for n in mine if n not in times)]]
-        tops = peaks(other)
-        rows += [pair_row(other, "peak", name, f"largest {quantity(name).words}", "N", forces.get(name), tops.get(name))
-                 for name in (f"N_{c}" for c in CONTACTS) if name in forces or name in tops]
+        rows += [pair_row(other, "event", name, name, "s", times.get(name), mine.get(name)) for name in times | mine]
+        for c in CONTACTS:
+            peaks = [peak and peak[0] for peak in (runs[0].peak(c), other.peak(c))]
+            if any(peaks):
+                rows.append(pair_row(other, "peak", f"N_{c}", f"largest {quantity(f'N_{c}').words}", "N", *peaks))
     return pd.DataFrame(rows)
 
 
@@ -134,38 +121,24 @@ def pair_row(other: RunData, what: str, name: str, words: str, unit: str, refere
             "value": value, "difference": np.nan if reference is None or value is None else value - reference}
 
 
-@dataclass(frozen=True)
-class Pairing:
+class Pairing(NamedTuple):
     """An impact of the reference and those of the other files with the same contact and number; None where there is none."""
-
     contact: str
-    number: int                             # from 1, of the impacts of the contact
+    name: str               # 'LF 2'
+    words: str              # 'left flange 2'
     impacts: tuple[ContactInterval | None, ...]     # by file
-
-    @property
-    def name(self) -> str:
-        """The name in the CSV file: 'LF 2'."""
-        return f"{self.contact} {self.number}"
-
-    @property
-    def words(self) -> str:
-        """The name in words: 'left flange 2'."""
-        return f"{CONTACT_NAMES[self.contact]} {self.number}"
 
 
 def paired_impacts(runs: Sequence[RunData]) -> tuple[list[Pairing], int]:
-    """The impacts of all files with equal contact and number, in order of time; how many more each list would have.
-
-    Of each contact, the first IMPACTS are listed.
-    """
+    """The first IMPACTS of each contact by number, in order of time; how many more impacts the lists would have."""
     found: list[Pairing] = []
     left_out = 0
     for contact in CONTACTS:
         lists = [run.impacts([contact]) for run in runs]
         count = max(map(len, lists))
         left_out += max(count - IMPACTS, 0)
-        found += [Pairing(contact, k + 1, tuple(own[k] if k < len(own) else None for own in lists))
-                  for k in range(min(count, IMPACTS))]
+        found += [Pairing(contact, f"{contact} {k + 1}", f"{CONTACT_NAMES[contact]} {k + 1}",
+                          tuple(own[k] if k < len(own) else None for own in lists)) for k in range(min(count, IMPACTS))]
     return sorted(found, key=lambda one: next(impact.start for impact in one.impacts if impact)), left_out
 
 
@@ -177,6 +150,6 @@ def impact_table(runs: Sequence[RunData]) -> pd.DataFrame:
             mine, reference = one.impacts[k], one.impacts[0]
             if mine or reference:
                 rows += [pair_row(other, "impact", f"{one.name} {name}", f"{one.words}, {words}", unit,
-                                  getattr(reference, name) if reference else None, getattr(mine, name) if mine else None)
+                                  getattr(reference, name, None), getattr(mine, name, None))
                          for name, (words, unit) in MEASURES.items()]
     return pd.DataFrame(rows, columns=["file", "what", "quantity", "words", "unit", "reference", "value", "difference"])

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -20,9 +19,9 @@ from ..plots.style import SERIES, powers_of_ten
 from ..plots.tables import draw_table
 from ..results.columns import time_mean
 from ..results.quantities import KN, MM, quantity, significant
-from ..results.run_data import RunData, read_data
-from .compare_pages import quantity_page
-from .differences import Comparison, compare, event_times, peaks
+from ..results.run_data import read_data
+from .compare import quantity_page
+from .differences import Comparison, compare, event_times
 from .jobs import Job, find_cases, run_stale
 
 VARIANTS: dict[str, dict[str, float | str]] = {
@@ -50,37 +49,24 @@ def study_jobs(case: Case, folder: Path, ramp_end: float = SHORT_RAMP) -> dict[s
     return found
 
 
-def study_row(found: Comparison, variant: str) -> dict[str, Any]:
+def study_row(found: Comparison, case: str, variant: str) -> dict[str, Any]:
     """What a variant changes in one exercise: up to the end of the first flange contact, and overall."""
-    reference, other = found.runs
-    first = reference.first_interval("LF")
-    early = found.time <= (first.end if first else found.time[-1])
-    row: dict[str, Any] = {"case": reference.name, "variant": variant}
+    firsts = [run.first_interval("LF") for run in found.runs]
+    early = found.time <= (firsts[0].end if firsts[0] else found.time[-1])
+    row: dict[str, Any] = {"case": case, "variant": variant}
     for column in ("Y", "Z", "roll", "N_LF", "N_LT"):
         d, x = found.difference(1, column), found.values[0][column]
         unit = found.unit(column)
         row[f"{column} rms, first contact [{unit}]"] = np.sqrt(time_mean(found.time[early], d[early]**2))
         row[f"{column} rms [{unit}]"] = np.sqrt(time_mean(found.time, d**2))
         row[f"{column} rms of the reference [{unit}]"] = np.sqrt(time_mean(found.time, x**2))
+    before, after = map(event_times, found.runs)
     for name in ("first left flange contact", "first right flange contact", "end"):
-        a, b = event_times(reference).get(name), event_times(other).get(name)
-        row[f"{name} [s]"] = np.nan if a is None or b is None else b - a
-    row["N_LF peak of the first contact, relative"] = relative(first_force(reference), first_force(other))
-    a, b = (peaks(run).get("N_LF", np.nan) for run in (reference, other))
-    row["N_LF largest, relative"] = relative(a, b)
-    row["ending"] = other.ending
-    return row
-
-
-def first_force(run: RunData) -> float:
-    """Largest normal force [N] of the first contact of the left flange."""
-    first = run.first_interval("LF")
-    return first.peak if first else np.nan
-
-
-def relative(reference: float, value: float) -> float:
-    """The difference of a value from the reference, relative to the reference."""
-    return (value - reference)/reference if reference else np.nan
+        row[f"{name} [s]"] = after.get(name, np.nan) - before.get(name, np.nan)
+    for name, (a, b) in (("N_LF peak of the first contact", [one.peak if one else np.nan for one in firsts]),
+                         ("N_LF largest", [(run.peak("LF") or (np.nan,))[0] for run in found.runs])):
+        row[f"{name}, relative"] = (b - a)/(a or np.nan)
+    return row | {"ending": found.runs[1].ending}
 
 
 # Words above a pair of columns, the column of the rows, the factor from SI, and the unit.
@@ -93,8 +79,7 @@ TABLE = (("Y, first contact", "Y rms, first contact [m]", 1e6, "µm"),
 
 
 def study_summary(rows: pd.DataFrame) -> Figure:
-    """Contact law against time step: the differences of every exercise in numbers, and as bars over the reference's root mean
-    square."""
+    """Contact law against time step: differences of every exercise in numbers, and as bars over the reference."""
     figure = new_page(
         "Contact law or time step?", "all exercises; reference: half-spaces with cut steps",
         "table: root mean squares of the differences in lateral displacement Y and in the normal force of the left flange; "
@@ -105,7 +90,13 @@ def study_summary(rows: pd.DataFrame) -> Figure:
         "the end of the first contact of the left flange; over the whole run every impact multiplies what the ones "
         "before it left")
     body = figure.add_gridspec(2, 1, height_ratios=(1, 1.7))
-    draw_numbers(figure.add_subplot(body[0]), rows)
+    table = [["", *(word for words, *_ in TABLE for word in ("", words))],
+             ["", *(f"{variant} [{unit}]" for *_, unit in TABLE for variant in ("law", "step"))]]
+    for case, both in rows.groupby("case", sort=False):
+        law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
+        table.append([str(case), *(significant(scale*row[name]) for _, name, scale, _ in TABLE for row in (law, step))])
+    draw_table(figure.add_subplot(body[0]), table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)],
+               look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
     axes = body[1].subgridspec(2, 2).subplots(sharex=True)
     cases = list(dict.fromkeys(rows["case"]))
     for line, (column, unit) in zip(axes, (("Y", "m"), ("N_LF", "N")), strict=True):
@@ -125,16 +116,6 @@ def study_summary(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-def draw_numbers(ax: Axes, rows: pd.DataFrame) -> None:
-    """The differences in numbers, a row for each exercise."""
-    table = [["", *(word for words, *_ in TABLE for word in ("", words))],
-             ["", *(f"{variant} [{unit}]" for *_, unit in TABLE for variant in ("law", "step"))]]
-    for case, both in rows.groupby("case", sort=False):
-        law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
-        table.append([str(case), *(significant(scale*row[name]) for _, name, scale, _ in TABLE for row in (law, step))])
-    draw_table(ax, table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)], look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
-
-
 def make_study(inputs: Path, outputs: Path, workers: int, ramp_end: float = SHORT_RAMP) -> list[Path]:
     """Run what is not up to date; write the PDF and the CSV file of the study."""
     cases = find_cases(inputs)
@@ -143,24 +124,19 @@ def make_study(inputs: Path, outputs: Path, workers: int, ramp_end: float = SHOR
     folder.mkdir(exist_ok=True)
     jobs = {case.case_name: study_jobs(case, folder, ramp_end) for case in cases}
     flat = [job for variants in jobs.values() for job in variants.values()]
-    rows: list[dict[str, Any]] = []
-    compared: list[tuple[str, list[RunData]]] = []
     target = outputs/"ldbench_study.pdf"
     with tqdm(total=len(flat) + len(jobs), desc="study", disable=None, leave=False) as bar:
         run_stale(flat, workers, done=lambda job, ran: bar.update())
-        for case, variants in jobs.items():
-            found = [read_data(job.product) for job in variants.values()]
-            runs = [run.named(VARIANT_WORDS[v]) for run, v in zip(found, variants, strict=True)]
-            rows += [study_row(compare([runs[0], other]), variant) | {"case": case}
-                     for variant, other in zip(list(variants)[1:], runs[1:], strict=True)]
-            compared.append((found[0].heading, runs))
-        table = pd.DataFrame(rows)
+        runs = {case: {v: read_data(job.product) for v, job in variants.items()} for case, variants in jobs.items()}
+        table = pd.DataFrame([study_row(compare([own["fine"], own[variant]]), case, variant)
+                              for case, own in runs.items() for variant in ("law", "step")])
 
         def chapters() -> Iterator[Chapter]:
             yield "Summary", [("summary", study_summary(table))]
-            for heading, runs in compared:
-                title = f"{heading}: contact law or time step?"
-                yield heading, [(heading, quantity_page(compare(runs), ("Y", "Z", "N_LF"), title))]
+            for own in runs.values():
+                heading = own["fine"].heading
+                found = compare([run.named(VARIANT_WORDS[v]) for v, run in own.items()])
+                yield heading, [(heading, quantity_page(found, ("Y", "Z", "N_LF"), f"{heading}: contact law or time step?"))]
                 bar.update()
 
         save_document(chapters(), target, "ldbench: contact law or time step?")

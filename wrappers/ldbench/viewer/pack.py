@@ -11,13 +11,16 @@ to the last bit. Bytes of equal weight lie together, and deflate does the rest.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-CELLS = 600_000             # numbers of a run that is kept whole
+EVERY_ROW = "Y", "Z", "roll", "N_LT", "N_LF", "N_RT", "N_RF"       # of these columns a long run keeps every row
+PEAKS = "N_LT", "N_LF", "N_RT", "N_RF"                             # and the rows of the largest values of these
+CELLS = 600_000             # numbers of a run that is kept whole,
+CELLS_BESIDE = 100_000      # and of one that is there for comparison
 BINS = 8192                 # of a band
 LEVELS = 2**14 - 2          # of a band, from the least to the largest value of a column
 FINE_LEVELS = 2**16 - 2     # of a column that is kept for every row
@@ -27,19 +30,17 @@ POWERS = np.array([float(f"1e{k}") for k in range(129)])
 EXPONENTS = -118, 118       # of the last digit; smaller numbers are zero, larger ones are left out
 
 
-def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[str] = (),
-         moments: Sequence[float] = (), peaks: Sequence[str] = (), cells: int = CELLS,
-         derived: Callable[[], dict[str, np.ndarray]] = dict) -> tuple[dict[str, Any], bytes]:
+def pack(time: np.ndarray, columns: Mapping[str, np.ndarray], moments: Sequence[float], cells: int,
+         derived: Mapping[str, np.ndarray]) -> tuple[dict[str, Any], bytes]:
     """Columns, each of shape (rows,), over `time`, for the page: an index of what is in the body, and the deflated body.
 
-    every_row: columns of which a long run keeps all rows; moments: times [s] round which it keeps rows exactly;
-    peaks: columns whose largest values' rows are kept. derived: makes columns that the page computes of others at the rows that
-    it has; a long run gets bands of them.
+    moments: times [s] round which a long run keeps rows exactly. cells: how many numbers are kept whole. derived: columns that
+    the page computes of others at the rows that it has; a long run gets bands of them.
     """
     n = len(time)
     room = max(cells//max(len(columns), 1), 200)
     whole = n <= room
-    rows = np.arange(n) if whole else keep_rows(time, columns, moments, peaks, room)
+    rows = np.arange(n) if whole else keep_rows(time, columns, moments, room)
     t, data = pack_exact(time[rows])
     parts = [data, *(pack_exact(x[rows], t)[1] for x in columns.values())]
     index: dict[str, Any] = {"rows": n, "kept": len(t), "exact": list(columns), "bands": []}
@@ -47,15 +48,14 @@ def pack(time: np.ndarray, columns: dict[str, np.ndarray], every_row: Sequence[s
         index["bin"] = -(-n//BINS)
         edges = np.arange(0, n, index["bin"])        # bins have equal numbers of rows
         parts.append(pack_exact(time)[1])
-        for name, x in (columns | derived()).items():
-            band, data = pack_track(x) if name in every_row else pack_band(x, edges)
+        for name, x in {**columns, **derived}.items():
+            band, data = pack_track(x) if name in EVERY_ROW else pack_band(x, edges)
             index["bands"].append({"name": name, **band})
             parts.append(data)
     return index, zlib.compress(b"".join(parts), 6)
 
 
-def keep_rows(time: np.ndarray, columns: dict[str, np.ndarray], moments: Sequence[float], peaks: Sequence[str],
-              room: int) -> np.ndarray:
+def keep_rows(time: np.ndarray, columns: Mapping[str, np.ndarray], moments: Sequence[float], room: int) -> np.ndarray:
     """At most `room` rows: ends, extremes, events with their surroundings, peaks, and rows at equal distances."""
     n = len(time)
     kept = np.zeros(n, bool)
@@ -67,34 +67,26 @@ def keep_rows(time: np.ndarray, columns: dict[str, np.ndarray], moments: Sequenc
     for t in moments:
         k = int(np.searchsorted(time, t))
         kept[max(k - around, 0):k + around + 1] = True
-    bins = max(room//6//max(len(peaks), 1), 1)
-    for name in peaks:
-        if name in columns:
-            edges = np.linspace(0, n, bins + 1).astype(int)
-            for a, b in pairwise(edges):
-                if b > a and np.nanmax(columns[name][a:b], initial=0.0) > 0:
-                    kept[a + np.nanargmax(columns[name][a:b])] = True
+    edges = np.linspace(0, n, max(room//6//len(PEAKS), 1) + 1).astype(int)
+    for x in (columns[name] for name in PEAKS if name in columns):
+        for a, b in pairwise(edges):
+            if np.nanmax(x[a:b], initial=0.0) > 0:
+                kept[a + np.nanargmax(x[a:b])] = True
     left = room - int(kept.sum())
     if left > 0:
         kept[np.linspace(0, n - 1, left).round().astype(int)] = True
     return np.flatnonzero(kept)
 
 
-# Exact numbers ----------------------------------------------------------------------------
-
 def decimals(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nine digits m and the exponent e of the last one; e is EMPTY or ZERO where there are none."""
-    x = np.asarray(x, float)
-    size = np.abs(x)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        e = np.floor(np.log10(size))
-    none, zero = ~np.isfinite(x), size == 0
-    e = np.where(none | zero, 0, e).astype(int) - (DIGITS - 1)
-    m = np.rint(scaled(np.where(none, 0, x), e))
+    none, zero = ~np.isfinite(x), x == 0
+    x = np.where(none, 0, x)
+    e = np.floor(np.log10(np.abs(np.where(none | zero, 1, x)))).astype(int) - (DIGITS - 1)
+    m = np.abs(np.rint(scaled(x, e)))
     # The logarithm may be off by one beside a power of ten, and rounding may carry.
-    large, small = np.abs(m) >= 10**DIGITS, (np.abs(m) < 10**(DIGITS - 1)) & ~zero & ~none
-    e = e + large - small
-    m = np.rint(scaled(np.where(none, 0, x), e))
+    e = e + (m >= 10**DIGITS) - ((m < 10**(DIGITS - 1)) & ~zero & ~none)
+    m = np.rint(scaled(x, e))
     zero |= e < EXPONENTS[0]
     none |= e > EXPONENTS[1]
     m[zero | none] = 0
@@ -109,8 +101,7 @@ def scaled(x: np.ndarray, e: np.ndarray) -> np.ndarray:
 
 def value_of(m: np.ndarray, e: np.ndarray) -> np.ndarray:
     """m 10^e as the page computes it: powers of ten up to 22 are exact, numbers with larger ones are read as text."""
-    power = POWERS[np.abs(np.where(e >= ZERO, 0, e))]
-    values = np.where(e == EMPTY, np.nan, np.where(e < 0, m/power, m*power))
+    values = np.where(e == EMPTY, np.nan, scaled(m, -np.where(e >= ZERO, 0, e)))
     for k in np.flatnonzero((np.abs(e) > 22) & (e < ZERO)):
         values[k] = float(f"{int(m[k])}e{int(e[k])}")
     return values
@@ -138,7 +129,7 @@ def pack_exact(x: np.ndarray, t: np.ndarray | None = None) -> tuple[np.ndarray, 
         units = np.floor(scaled(predicted(values, t), e) + 0.5)
     units = np.where(np.abs(units) <= 1e9, units, 0.0)      # NaN too
     difference = np.where(e >= ZERO, 0, m - units).astype(np.int64)
-    return values, e.astype(np.int8).tobytes() + planes(np.where(difference >= 0, 2*difference, -2*difference - 1), 4)
+    return values, e.astype(np.int8).tobytes() + planes(signless(difference), 4)
 
 
 def planes(code: np.ndarray, count: int) -> bytes:
@@ -146,42 +137,36 @@ def planes(code: np.ndarray, count: int) -> bytes:
     return b"".join(((code >> 8*k) & 255).astype(np.uint8).tobytes() for k in range(count))
 
 
-# Bands ------------------------------------------------------------------------------------
-
-def quantum(x: np.ndarray, levels: int) -> tuple[float, float]:
-    """Least value, and the size of a level."""
+def quantised(x: np.ndarray, count: int) -> tuple[dict[str, Any], np.ndarray]:
+    """The least value and the size of a level, of which there are so many up to the largest value; and the values in levels."""
     known = x[np.isfinite(x)]
-    if not known.size:
-        return 0.0, 0.0
-    return float(known.min()), float(np.ptp(known)/levels)
+    low, step = (float(known.min()), float(np.ptp(known)/count)) if known.size else (0.0, 0.0)
+    return {"low": low, "step": step}, (np.where(np.isfinite(x), x, np.nan) - low)/(step or 1.0)
+
+
+def numbered(levels: np.ndarray) -> np.ndarray:
+    """Whole numbers of levels: from 1, and 0 where there is no value."""
+    return np.where(np.isnan(levels), 0, 1 + levels).astype(np.int64)
 
 
 def pack_band(x: np.ndarray, edges: np.ndarray) -> tuple[dict[str, Any], bytes]:
     """Least and largest value in the bins from every edge to the next; levels are rounded outwards, so that the band
     holds every value."""
-    low, step = quantum(x, LEVELS)
-    x = np.where(np.isfinite(x), x, np.nan)
-    with np.errstate(invalid="ignore"):
-        least, largest = np.fmin.reduceat(x, edges), np.fmax.reduceat(x, edges)
-    none = np.isnan(least)
-    size = step or 1.0
-    a = np.where(none, 0, 1 + np.floor((np.where(none, low, least) - low)/size)).astype(np.int64)
-    b = np.where(none, 0, 1 + np.ceil((np.where(none, low, largest) - low)/size)).astype(np.int64)
-    return {"low": low, "step": step}, planes(steps(a), 2) + planes(b - a, 2)
+    facts, levels = quantised(x, LEVELS)
+    a = numbered(np.floor(np.fmin.reduceat(levels, edges)))
+    b = numbered(np.ceil(np.fmax.reduceat(levels, edges)))
+    return facts, planes(signless(np.diff(a, prepend=0)), 2) + planes(b - a, 2)
 
 
 def pack_track(x: np.ndarray) -> tuple[dict[str, Any], bytes]:
-    """The nearest level for every row."""
-    low, step = quantum(x, FINE_LEVELS)
-    none = ~np.isfinite(x)
-    a = np.where(none, 0, 1 + np.rint((np.where(none, low, x) - low)/(step or 1.0))).astype(np.int64)
-    curved = steps(np.diff(a, prepend=0))
-    plain = steps(a)
-    order = 2 if np.log2(curved + 1.0).sum() < np.log2(plain + 1.0).sum() else 1
-    return {"low": low, "step": step, "order": order}, planes(curved if order == 2 else plain, 3)
+    """The nearest level for every row, by its first or second differences, whichever are smaller."""
+    facts, levels = quantised(x, FINE_LEVELS)
+    plain = np.diff(numbered(np.rint(levels)), prepend=0)
+    codes = [signless(plain), signless(np.diff(plain, prepend=0))]
+    order = int(np.argmin([np.log2(code + 1.0).sum() for code in codes]))
+    return facts | {"order": 1 + order}, planes(codes[order], 3)
 
 
-def steps(a: np.ndarray) -> np.ndarray:
-    """Differences of whole numbers from one to the next, as non-negative numbers."""
-    d = np.diff(a, prepend=0)
+def signless(d: np.ndarray) -> np.ndarray:
+    """Whole numbers as non-negative ones: 0, -1, 1, -2 ... become 0, 1, 2, 3 ..."""
     return np.where(d >= 0, 2*d, -2*d - 1)

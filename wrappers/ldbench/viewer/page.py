@@ -12,39 +12,39 @@ import json
 import re
 import zlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._core.calls import version
-from .._core.errors import Error
+from .._core.errors import BadType, Error
 from .._core.files import complete
 from ..case import Case
 from ..geometry.outlines import Outlines, Side, run_outlines
+from ..geometry.pressures import known_patches
+from ..pressure import Patch, reach
 from ..results.derived import SIDES, lateral_over_vertical
 from ..results.events import event_kinds
 from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity
-from ..results.run_data import RunData
-from .pack import CELLS, pack
-from .pressed import pressure_entries
-from .shapes import facing
+from ..results.run_data import RunData, read_data
+from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
-SCRIPTS = ("decode.js", "series.js", "derived.js", "parts.js", "labels.js", "views.js", "scene.js", "pressure.js", "axes.js",
-           "chart.js", "curve.js", "export.js", "hover.js", "picker.js", "panel.js", "values.js", "events.js", "runs.js",
-           "overview.js", "player.js", "address.js", "keys.js", "page.js")
-EVERY_ROW = "Y", "Z", "roll", "N_LT", "N_LF", "N_RT", "N_RF"
-PEAKS = "N_LT", "N_LF", "N_RT", "N_RF"
+SCRIPTS = [f"{name}.js" for name in (
+    "decode series derived parts labels views scene pressure axes chart export hover picker panel values events runs player "
+    "address keys page").split()]
+HEIGHT = 900                # of the frame in a notebook [px]
+FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
+LEVELS = 99                 # of a pressure and of half a width, from 0 to the largest
 
 
 @dataclass(frozen=True)
 class Page:
     """A finished page; a notebook shows it in a frame of its own."""
     html: str = field(repr=False)
-    height: int = 900           # in a notebook [px]
 
     def write(self, path: str | Path) -> Path:
         """Write the page; returns its path."""
@@ -55,69 +55,92 @@ class Page:
 
     def _repr_html_(self) -> str:
         return (f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-downloads" title="ldbench" '
-                f'style="width: 100%; height: {self.height}px; border: 0"></iframe>')
+                f'style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>')
+
+
+def view(*runs: RunData | str | PathLike[str], title: str = "", case: Case | None = None) -> Page:
+    """Runs, or column files, as a page: `ldbench.view(run, "other.txt").write("both.html")`; a notebook shows it.
+
+    The first one is the reference of the differences. case: whose profiles are drawn for files that name none.
+    """
+    strange = [run for run in runs if not isinstance(run, RunData | str | PathLike)]
+    if strange or not runs:
+        raise BadType("view: expected runs or column files, each an argument, found "
+                      + (type(strange[0]).__name__ if strange else "none"))
+    return make_page(distinct([run if isinstance(run, RunData) else read_data(run) for run in runs]), title, case)
+
+
+def distinct(runs: Sequence[RunData]) -> list[RunData]:
+    """Give runs of the same name different names: by contact law or formulation, by file, or by number."""
+    choices = [[run.name for run in runs], [f"{run.name} {law(run) or run.file.name}" for run in runs],
+               [f"{run.name} {run.file.name}" for run in runs], [str(run.file) for run in runs],
+               [f"{run.name} ({k})" for k, run in enumerate(runs, 1)]]
+    chosen = next(names for names in choices if len(set(names)) == len(names))
+    return [run if run.name == name else run.named(name) for run, name in zip(runs, chosen, strict=True)]
+
+
+def law(run: RunData) -> str:
+    """The contact law of elastic contact, or how rigid contact is treated."""
+    return str(run.setting("contact", "model") or "") if run.formulation == "elastic" else run.formulation
 
 
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
-              summary: Sequence[Mapping[str, object]] = (), cells: Mapping[str, int] | None = None,
-              patches: Sequence[str] = CONTACTS, note: str = "") -> Page:
+              summary: Sequence[Mapping[str, object]] = (), note: str = "", beside: Collection[RunData] = (),
+              patches: Sequence[str] = CONTACTS) -> Page:
     """The page of some runs.
 
-    case: whose profiles stand for those of runs without our header; by default the case of the first run with one, else
-    the benchmark's with actual profiles. shown: how many runs are shown at first; the others are one click away.
-    summary: lines of a table, each with its `words` and `cells`, see `results.cell`; note: words about them. cells: of some runs,
-    how many numbers are kept whole. patches: contacts at whose largest forces pressed patches are shown, of runs that are not in
-    `cells`.
+    case: whose profiles stand for those of runs without our header, see `assumed_profiles`. shown: how many runs are shown at
+    first; the others are one click away. summary: lines of a table, each with its `words` and `cells`, see `results.cell`; note:
+    words about them. beside: runs that are there for comparison, with fewer rows. patches: contacts at whose largest forces the
+    other runs show pressed patches.
     """
     assumed = assumed_profiles(runs, case)
     shapes: list[dict[str, Any]] = []
     entries: list[dict[str, Any]] = []
     bodies: list[str] = []
     for run in runs:
-        entry, body = run_entry(run, assumed, shapes, (cells or {}).get(run.name, CELLS))
-        entry["pressure"] = [] if run.name in (cells or {}) else pressure_entries(run, patches)
+        entry, body = run_entry(run, assumed, shapes, CELLS_BESIDE if run in beside else CELLS)
+        entry["pressure"] = [] if run in beside else pressure_entries(run, patches)
         entry["shown"] = shown is None or len(entries) < shown
         entries.append(entry)
         bodies.append(base64.b64encode(body).decode())
     title = title or ", ".join(run.heading for run in runs[:2]) + (f" and {len(runs) - 2} more runs" if len(runs) > 2 else "")
-    facts = {
-        "title": title, "version": version(), "groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries,
-        "note": note, "summary": summary,
-    }
+    facts = {"groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries, "note": note, "summary": summary}
     return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
 
 
 def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Case:
     """Whose profiles are drawn for runs without our header: those of the case given, of the first run with a header, or the
-    benchmark's."""
+    benchmark's actual ones."""
     return case or next((run for run in runs if run.header.settings), None) or Case.exercise(1, "aw")
 
 
 def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]], cells: int) -> tuple[dict[str, Any], bytes]:
     """Collect the data of a run for the page; outlines are added to `shapes` unless they are there already."""
     time, columns = checked(run)
-    own = bool(run.header.settings)
     outlines, remark = run_outlines(run, assumed)
+    shape = outline_entry(outlines) if outlines else None
+    if shape and shape not in shapes:
+        shapes.append(shape)
     notes = [remark] if remark else []
-    if not own and outlines:
+    if not run.header.settings and outlines:
         case = assumed.case if isinstance(assumed, RunData) else assumed
         names = " and ".join(Path(str(name)).name for name in (case.wheel_profile, case.rail_profile))
         notes.append(f"the file does not name its profiles: drawn are {names}")
     if run.header.reconstruction:
         notes.append("profiles are reconstructions, not the organisers' files")
     units = run.data.attrs.get("units", {})
-    peaks = [peak[1] for peak in map(run.peak, CONTACT_NAMES) if peak]
-    index, body = pack(time, columns, EVERY_ROW, [*(event.t for event in run.events), *peaks], PEAKS, cells,
-                       lambda: wheel_columns(run))
     known = {name: quantity(name, units.get(name, "")) for name in columns}
+    events = event_entries(run)
+    index, body = pack(time, columns, [event["t"] for event in events], cells, wheel_columns(run))
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
         "profiles": [f"{which}: {text}" for which, text in run.header.profiles.items()],
         "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
-        "events": event_entries(run), "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": index,
-        "shape": place(outlines, shapes), "clearance": number(run.result("clearance_left")),
+        "events": events, "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": index,
+        "shape": shapes.index(shape) if shape else None, "clearance": number(run.result("clearance_left")),
         "namelist": namelist_text(run),
     }
     return entry, body
@@ -142,20 +165,17 @@ def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
         side = contacts[0][0]
         if all(f"{kind}_{contact}" in run.data for kind in ("Fy", "Fz") for contact in contacts):
             found[f"LV_{side}"] = lateral_over_vertical(run, wheel)
-            found |= {f"{kind}_{side}": np.sum([run.values(f"{kind}_{contact}") for contact in contacts], axis=0)
-                      for kind in ("Fz", "Fy")}
+            for kind in "Fz", "Fy":
+                found[f"{kind}_{side}"] = np.sum([run.values(f"{kind}_{contact}") for contact in contacts], axis=0)
     return found
 
 
 def event_entries(run: RunData) -> list[dict[str, Any]]:
     """What happened, in order; where the file does not say, first contacts by its forces. Largest forces too."""
     found: list[dict[str, Any]] = [{"t": event.t, "what": event.kind, "force": number(event.force)} for event in run.events]
-    if not run.events:
-        for contact in ("LF", "RF"):
-            t = run.first_contact(contact)
-            if t is not None:
-                found.append({"t": t, "what": f"{CONTACT_NAMES[contact]} contact, by its force", "force": None})
     for contact, words in CONTACT_NAMES.items():
+        if not run.events and contact[1] == "F" and (t := run.first_contact(contact)) is not None:
+            found.append({"t": t, "what": f"{words} contact, by its force", "force": None})
         if peak := run.peak(contact):
             found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": number(peak[0])})
     return sorted((event for event in found if np.isfinite(event["t"])), key=lambda event: event["t"])
@@ -164,36 +184,59 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
 def unlisted(run: RunData) -> dict[str, int]:
     """How many events of each kind happened that the file does not list."""
     listed = Counter(event.kind for event in run.events)
-    counts = {kind: (run.count(kind) or 0) - listed[kind] for kind in event_kinds()}
-    return {kind: count for kind, count in counts.items() if count > 0}
+    return {kind: more for kind in event_kinds() if (more := (run.count(kind) or 0) - listed[kind]) > 0}
 
 
 def namelist_text(run: RunData) -> str:
     """The namelist of a run, for reading; '' in another code's file."""
-    if not run.header.settings:
-        return ""
     try:
         return run.case.to_namelist()
-    except Error:               # a header that was changed
+    except Error:               # no header, or one that was changed
         return ""
 
 
-def place(outlines: Outlines | None, shapes: list[dict[str, Any]]) -> int | None:
-    """Number of an outline among `shapes`, to which it is added if it is not there; sides that are mirror images stand there
-    once."""
-    if outlines is None:
-        return None
+def outline_entry(outlines: Outlines) -> dict[str, Any]:
+    """Outlines for the page; sides that are mirror images stand there once."""
+    left, right = (side_entry(side) for side, _ in outlines.sides)
+    return {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
 
-    def side(one: Side) -> dict[str, list[float]]:
-        flank, gauge = facing(one.wheel, one.rail)
-        return {name: points.ravel().round(7).tolist() for name, points in
-                (("wheel", one.wheel), ("rail", one.rail), ("flank", flank), ("gauge", gauge))}
 
-    left, right = side(outlines.left), side(outlines.right)
-    entry = {"sides": [left] if left == right else [left, right], "axle": outlines.axle, "roll": outlines.roll}
-    if entry not in shapes:
-        shapes.append(entry)
-    return shapes.index(entry)
+def side_entry(side: Side) -> dict[str, list[float]]:
+    """Wheel and rail, and the faces between which there is a gap, where they are steep: the flange's outer side, and the rail's
+    side from below its gauge corner up to the top; each from below, Y and Z in turns [m]."""
+    by_y = side.wheel[np.argsort(side.wheel[:, 0], kind="stable")]
+    top = int(np.argmax(side.rail[:, 1]))
+    inner = side.rail[:top + 1] if side.rail[0, 0] < side.rail[-1, 0] else side.rail[top:]
+    faces = {"wheel": side.wheel, "rail": side.rail, "flank": steep(by_y[int(np.argmin(by_y[:, 1])):]),
+             "gauge": steep(inner[np.argsort(inner[:, 1], kind="stable")])}
+    return {name: points.ravel().round(7).tolist() for name, points in faces.items()}
+
+
+def steep(points: np.ndarray) -> np.ndarray:
+    """The connected stretch that begins with the first steep piece."""
+    d = np.diff(points, axis=0)
+    pieces = np.flatnonzero(np.arctan2(d[:, 1], np.abs(d[:, 0])) > FLANK)
+    return points[pieces[0]:pieces[-1] + 2] if pieces.size else points[:0]
+
+
+def pressure_entries(run: RunData, contacts: Sequence[str]) -> list[dict[str, Any]]:
+    """The patches that are known at the largest normal force of each of some contacts and at the peak of the first contact of
+    each flange, in order of time."""
+    rows = {one.top for contact in ("LF", "RF") if (one := run.first_interval(contact))}
+    rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in contacts if (peak := run.peak(contact))}
+    return [{"t": float(run.time[k]), "patches": [patch_entry(patch) for patch in patches]} for k in sorted(rows)
+            if (patches := known_patches(run, k))]
+
+
+def patch_entry(patch: Patch) -> dict[str, Any]:
+    """A patch for the page; lengths x in rolling direction (half) and s along the profile [m]."""
+    half = patch.p[len(patch.x)//2:]                        # from the middle of the patch in rolling direction
+    widths = np.minimum([reach(column)/len(half) for column in half.T], 1)
+    dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
+    middle = half[0]/max(patch.largest, half.max())
+    return {"c": patch.contact, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
+            "x": float(f"{len(half)*dx:.4g}"), "s": float(f"{len(patch.s)*ds:.4g}"),
+            "p": np.rint(LEVELS*middle).astype(int).tolist(), "w": np.rint(LEVELS*widths).astype(int).tolist()}
 
 
 def number(x: float | None) -> float | None:
@@ -201,31 +244,19 @@ def number(x: float | None) -> float | None:
     return float(x) if x is not None and np.isfinite(x) else None
 
 
-# The file ---------------------------------------------------------------------------------
-
 def fill(title: str, facts: Mapping[str, object], bodies: Sequence[str], template: Path,
          scripts: Sequence[Path]) -> str:
     """Fill the template of a page, beside which its style lies, with scripts and data."""
-    looks = shortened(template.with_suffix(".css").read_text(encoding="utf-8"))
-    script = "(() => {\n\"use strict\";\n" + "".join(shortened(path.read_text(encoding="utf-8")) for path in scripts) + "})();\n"
-    policy = (f"default-src 'none'; script-src '{content_hash(script)}'; style-src '{content_hash(looks)}'; "
+    looks = template.with_suffix(".css").read_text(encoding="utf-8")
+    script = "(() => {\n\"use strict\";\n" + "".join(path.read_text(encoding="utf-8") for path in scripts) + "})();\n"
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (script, looks)]
+    policy = (f"default-src 'none'; script-src 'sha256-{hashes[0]}'; style-src 'sha256-{hashes[1]}'; "
               "img-src data:; base-uri 'none'; form-action 'none'")
     data = [f'<script type="text/plain" id="facts">{packed_json(facts)}</script>']
     data += [f'<script type="text/plain" id="run{k}">{body}</script>' for k, body in enumerate(bodies)]
     pieces = {"policy": html.escape(policy, quote=False), "title": html.escape(title), "style": looks,
               "data": "\n".join(data), "script": script}
     return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template.read_text(encoding="utf-8"))
-
-
-def shortened(text: str) -> str:
-    """A script or a style sheet without indentation and without lines that are comments alone."""
-    lines = (line.strip() for line in text.splitlines())
-    return "".join(f"{line}\n" for line in lines if line and not line.startswith(("//", "/*")))
-
-
-def content_hash(text: str) -> str:
-    """The hash of a text as the page's policy names it."""
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def packed_json(facts: Mapping[str, object]) -> str:

@@ -15,7 +15,6 @@ from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
 from .page import Page, make_page, number
 
 TITLE = "LD benchmark: single wheelset without friction, all results"
-VARIANT_CELLS = 100_000         # numbers that are kept whole of a run that is there for comparison
 
 
 def find_variants(files: Sequence[Path]) -> list[Path]:
@@ -33,18 +32,13 @@ def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic
     """All runs, the first one shown; `variants` can be laid over the case that they are named after.
     `chaotic` results are in italics."""
     others = [read_data(file).named(file.stem) for file in variants]
-    rows = [full_row(run) for run in runs]
-    summary = []
-    for key in SUMMARY:
-        cells = []
-        for run, row in zip(runs, rows, strict=True):
-            text, leaning = shown(row, key, chaotic or {})
-            cells.append(cell(run, text, None if text == "–" else moment(run, row, key), leaning=leaning))
-        summary.append({"words": OUTCOME[key].label, "cells": cells})
+    rows = {run: full_row(run) for run in runs}
+    summary = [{"words": OUTCOME[key].label, "cells": [number_cell(run, row, key, chaotic or {}) for run, row in rows.items()]}
+               for key in SUMMARY]
     if others:
-        summary.append({"words": "side by side with", "cells": [beside(run, others) for run in runs]})
-    return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "",
-                     cells={other.name: VARIANT_CELLS for other in others}, patches=FLANGES)
+        summary.append({"words": "side by side with", "cells": [cell_beside(run, others) for run in runs]})
+    return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "", beside=others,
+                     patches=FLANGES)
 
 
 def cell(run: RunData, text: str, time: float | None, others: Sequence[str] = (), leaning: bool = False) -> dict[str, object]:
@@ -52,28 +46,33 @@ def cell(run: RunData, text: str, time: float | None, others: Sequence[str] = ()
     return {"text": text, "run": run.name, "t": number(time), "with": others, "leaning": leaning}
 
 
-def beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
+def number_cell(run: RunData, row: dict[str, Any], key: str, chaotic: Chaotic) -> dict[str, object]:
+    """The cell of a result."""
+    text, leaning = shown(row, key, chaotic)
+    return cell(run, text, None if text == "–" else moment(run, row, key), leaning=leaning)
+
+
+def cell_beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
     """The cell that lays other runs of a case over it."""
     mine = [other for other in others if other.name.startswith(f"{run.name}_")]
     words = ", ".join(str(other.setting("contact", "model") or other.name) for other in mine)
-    return cell(run, words or "–", float(run.time[0]) if mine else None, [other.name for other in mine])
+    return cell(run, words or "–", run.time[0] if mine else None, [other.name for other in mine])
 
 
 def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
     """Time [s] of the number of the summary that is called `key`; None for a number of no moment."""
+    what, _, end = key.rpartition("_")
     if key.startswith("t_"):
-        return float(row[key])
+        return row[key]
     if key == "F_derailment":
-        return float(row["t_derailment"])
-    if "peak_N_" in key:
-        t = row[f"t_{key.replace('_N', '')}"]
-        return None if t is None or not np.isfinite(t) else float(t)
-    if key.startswith(("pmax_", "patch_")):
-        return row[f"t_pmax_{key.rpartition('_')[2]}"]
+        return row["t_derailment"]
+    if what.endswith("peak_N"):
+        return row[f"t_{what.removesuffix('_N')}_{end}"]
+    if what in ("pmax", "patch"):
+        return row[f"t_pmax_{end}"]
     if key == "drift":
-        return float(run.time[int(np.nanargmax(np.abs(run.values("E_drift"))))])
-    quantity, _, end = key.rpartition("_")
-    if end in ("min", "max") and quantity in ("Y", "Z", "roll"):
-        x = run.values(quantity)
-        return float(run.time[int(np.nanargmin(x) if end == "min" else np.nanargmax(x))])
+        return run.time[np.nanargmax(np.abs(run.values("E_drift")))]
+    if end in ("min", "max") and what in ("Y", "Z", "roll"):
+        x = run.values(what)
+        return run.time[np.nanargmin(x) if end == "min" else np.nanargmax(x)]
     return None

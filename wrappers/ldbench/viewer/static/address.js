@@ -1,6 +1,37 @@
 // The state of the page in its address, so that a link opens what one sees.
 
-const FLAGS = ["align", "follow", "loop", "arrows", "plain", "digits"];
+// What an address says of a box to tick or of a menu where it is not as at first, and what sets it.
+const tick = id => [() => get(id).checked !== get(id).defaultChecked && String(Number(get(id).checked)), (page, words) => {
+  get(id).checked = words !== "0";
+  get(id).onchange();
+}];
+const factor = id => [() => get(id).value !== "1" && get(id).value, (page, words) => {
+  if (!EXAGGERATIONS.includes(Number(words))) return;
+  get(id).value = words;
+  get(id).onchange();
+}];
+
+// The state of the page besides time, runs, view and charts: what an address says of it, and what is done then. Words that make
+// no sense are passed over.
+const STATE = {
+  align: tick("align"),
+  w: [({window: [from, to], start, end}) => (from > start || to < end) && [from, to].map(t => +t.toPrecision(10)).join(","),
+      (page, words) => {
+        const [from, to] = numbers(words, 2) ?? [];
+        if (to > from) page.setWindow(from, to - from);
+      }],
+  mark: [({mark}) => mark !== null && String(+mark.toPrecision(9)),
+         (page, words) => { if (numbers(words, 1)) page.setMark(Number(words)); }],
+  displacement: factor("exaggerate-displacement"), roll: factor("exaggerate-roll"), gap: factor("exaggerate-gap"),
+  follow: tick("follow"), arrows: tick("arrows"), normals: tick("normals"), digits: tick("digits"),
+  cam: [({scene: {moved, camera: {y, z, width, height}}}) => moved && [y, z, width, height].map(v => +v.toPrecision(6)).join(","),
+        (page, words) => {
+          const [y, z, width, height] = numbers(words, 4) ?? [];
+          if (width > 0 && height > 0) page.show({y, z, width, height});
+        }],
+  loop: [({player}) => player.looping && "1", ({player}, words) => player.loop(words !== "0")],
+  speed: [({player}) => player.chosen && String(player.speed), ({player}, words) => player.choose(Number(words))],
+};
 
 class Address {
   constructor(page) {
@@ -31,50 +62,29 @@ class Address {
       page.shown = wanted;
       await page.showRuns();
     }
-    if (Object.hasOwn(VIEWS, link.get("view"))) page.look(link.get("view"));
-    this.followState(link);
+    if (VIEWS.includes(link.get("view"))) page.look(link.get("view"));
+    const charts = link.getAll("c").map(chartOf).filter(Boolean);
+    if (charts.length) page.replaceCharts(charts);
+    for (const [key, [, take]] of Object.entries(STATE)) if (link.has(key)) take(page, link.get(key));
     if (Number.isFinite(t) && Math.abs(t - page.t) > 1e-12) {
       page.pause();
       page.go(t);
     }
   }
 
-  // What else a link says; words that make no sense are passed over.
-  followState(link) {
-    const {page} = this, pair = numbers(link.get("w"), 2), camera = numbers(link.get("cam"), 4);
-    const mark = numbers(link.get("mark"), 1), state = {};
-    for (const flag of FLAGS) if (link.has(flag)) state[flag] = link.get(flag) !== "0";
-    for (const what of ["displacement", "roll", "gap"]) {
-      const factor = Number(link.get(what));
-      if (EXAGGERATIONS.includes(factor)) state[what] = factor;
-    }
-    if (SPEEDS.includes(Number(link.get("speed")))) state.speed = Number(link.get("speed"));
-    const charts = link.getAll("c").map(chartOf).filter(Boolean);
-    if (charts.length) state.charts = charts;
-    if (mark) [state.mark] = mark;
-    if (pair && pair[1] > pair[0]) state.window = pair;
-    if (camera && camera[2] > 0 && camera[3] > 0) state.camera = camera;
-    if (Object.keys(state).length) page.take(state);
-  }
-
   // The whole state; what is as at first is left out.
   full() {
-    const {page} = this, {scene, player} = page, more = new URLSearchParams();
+    const {page} = this, more = new URLSearchParams();
     const asAtFirst = page.facts.runs.every((run, k) => run.shown === page.shown[k]);
     const names = asAtFirst && page.shown.every(Boolean) ? [] : page.runs.map(run => run.name);
-    const [start, end] = page.window, {settings, camera} = scene, six = x => +x.toPrecision(6);
-    if (start > page.start || end < page.end) more.set("w", `${+start.toPrecision(10)},${+end.toPrecision(10)}`);
-    if (scene.moved) more.set("cam", [camera.y, camera.z, camera.width / camera.zoom, camera.height / camera.zoom].map(six));
-    if (page.mark !== null) more.set("mark", +page.mark.toPrecision(9));
-    for (const what of ["displacement", "roll", "gap"]) if (settings[what] !== 1) more.set(what, settings[what]);
-    const on = {align: page.aligned, follow: settings.follow, loop: player.looping, arrows: settings.logarithmic,
-                plain: !settings.normals, digits: get("digits").checked};
-    for (const flag of FLAGS) if (on[flag]) more.set(flag, "1");
-    if (player.chosen) more.set("speed", player.speed);
+    for (const [key, [say]] of Object.entries(STATE)) {
+      const words = say(page);
+      if (words) more.set(key, words);
+    }
     const charts = page.charts.map(wordsOfChart);
     if (charts.join("\n") !== page.firstCharts) charts.forEach(words => more.append("c", words));
     const rest = more.toString();
-    return this.link(page.t, names, scene.view) + (rest && `&${rest}`);
+    return this.link(page.t, names, page.scene.view) + (rest && `&${rest}`);
   }
 
   // The address does not change at every step: a browser refuses too many changes.

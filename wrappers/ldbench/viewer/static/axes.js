@@ -3,15 +3,10 @@
 const MARGIN = {left: 62, right: 12, top: 8, bottom: 22};
 
 // A vertical scale: value to pixel and back. A logarithmic one shows magnitudes.
-function linearScale(low, high, top, bottom) {
-  const px = (bottom - top) / (high - low);
-  return {low, high, log: false, y: v => bottom - px * (v - low), value: y => low + (bottom - y) / px, floor: -Infinity};
-}
-
-function logScale(low, high, top, bottom) {
-  const a = Math.log10(low), px = (bottom - top) / (Math.log10(high) - a);
-  return {low, high, log: true, y: v => bottom - px * (Math.log10(Math.abs(v)) - a),
-          value: y => 10 ** (a + (bottom - y) / px), floor: low};
+function verticalScale(low, high, log, {top, bottom}) {
+  const there = log ? v => Math.log10(Math.abs(v)) : v => v, back = log ? v => 10 ** v : v => v;
+  const start = there(low), px = (bottom - top) / (there(high) - start);
+  return {low, high, log, y: v => bottom - px * (there(v) - start), value: y => back(start + (bottom - y) / px)};
 }
 
 // The limits of a linear axis; a constant gets room, so that rounding is not magnified.
@@ -54,53 +49,46 @@ function logTicks(low, high) {
 }
 
 // A number at a tick, with the digits that its neighbours differ by.
-function tickWords(v, digits, step = 10 ** -digits) {
+function tickWords(v, digits, step) {
   const most = Math.abs(v), figures = Math.min(Math.max(Math.ceil(Math.log10(most / step) - 1e-9) + 1, 1), 12);
   if (most < 0.01 * step) return "0";
-  const plain = digits <= 5 && most < 1e6, text = plain ? v.toFixed(digits) : `${+v.toPrecision(figures)}`;
-  return text.replace("e+", "e").replaceAll("-", "−");
+  return minus(digits <= 5 && most < 1e6 ? v.toFixed(digits) : `${+v.toPrecision(figures)}`);
 }
 
-function line(g, x1, y1, x2, y2) {
-  g.beginPath();
-  g.moveTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
-  g.lineTo(Math.round(x2) + 0.5, Math.round(y2) + 0.5);
-  g.stroke();
-}
+function line(g, ...ends) { strokes(g, ends.map(v => Math.round(v) + 0.5)); }
 
-// The factor and the unit in which the numbers of an axis are short: a drift of 1e-8 J is 10 nJ.
-function shortUnit(unit, largest) {
+// The factor and the unit in which the numbers of a scale are short: a drift of 1e-8 J is 10 nJ.
+function shortUnit(unit, {low, high}) {
+  const largest = Math.max(Math.abs(low), Math.abs(high));
   return unit !== "J" || largest >= 1e-3 ? [1, unit] : largest >= 1e-6 ? [1e6, "µJ"] : [1e9, "nJ"];
 }
 
 // Draw both axes of a chart. `box` is where it draws; the last number of the horizontal axis carries the unit.
-function drawAxes(g, colour, box, scale, unit, low, high, x, horizontalUnit) {
+function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit) {
   const {left, right, top, bottom} = box;
   g.lineWidth = 1;
   g.textBaseline = "middle";
   g.textAlign = "right";
-  const [factor, shown] = scale.log ? [1, unit] : shortUnit(unit, Math.max(Math.abs(scale.low), Math.abs(scale.high)));
-  const [values, digits, step] = scale.log ? [logTicks(scale.low, scale.high), 9, 0]
+  g.strokeStyle = colour.of("faint");
+  g.fillStyle = colour.of("muted");
+  const [factor, shown] = scale.log ? [1, unit] : shortUnit(unit, scale);
+  const [values, digits, step] = scale.log ? [logTicks(scale.low, scale.high)]
     : ticks(factor * scale.low, factor * scale.high, Math.max((bottom - top) / 34, 3));
   for (const v of values) {
-    g.strokeStyle = colour.of("faint");
-    const y = scale.y(v / factor);
+    const y = scale.y(v / factor), text = scale.log ? minus(`${+v.toPrecision(2)}`) : tickWords(v, digits, step);
     line(g, left, y, right, y);
-    g.fillStyle = colour.of("muted");
-    const text = scale.log ? `${+v.toPrecision(2)}`.replace("e+", "e").replace("-", "−") : tickWords(v, digits, step);
     g.fillText(text, left - 6, Math.min(Math.max(y, top + 2), bottom - 2));
   }
-  const [times, timeDigits, timeStep] = ticks(low, high, Math.max((right - left) / 95, 3));
+  const [times, timeDigits, timeStep] = ticks(low, high, Math.max((right - left) / 95, 3)), end = right + box.spare;
   g.textAlign = "center";
-  let taken = right + box.spare;
-  for (const t of [...times].reverse()) {
-    g.strokeStyle = colour.of("faint");
+  let taken = end;
+  for (const t of times.reverse()) {
     line(g, x(t), top, x(t), bottom);
-    const last = taken === right + box.spare, number = timeWordsAt(t, timeDigits, timeStep);
-    const text = last && horizontalUnit ? `${number} ${horizontalUnit}` : number;
-    const half = g.measureText(text).width / 2, centre = Math.min(x(t), right + box.spare - half);
+    // Times keep their decimals down to nanoseconds.
+    const number = timeDigits > 5 && timeDigits <= 10 ? minus(t.toFixed(timeDigits)) : tickWords(t, timeDigits, timeStep);
+    const text = taken === end && horizontalUnit ? `${number} ${horizontalUnit}` : number;
+    const half = g.measureText(text).width / 2, centre = Math.min(x(t), end - half);
     if (centre + half > taken) continue;
-    g.fillStyle = colour.of("muted");
     g.fillText(text, centre, bottom + 11);
     taken = centre - half - 8;
   }
@@ -111,9 +99,4 @@ function drawAxes(g, colour, box, scale, unit, low, high, x, horizontalUnit) {
   g.restore();
   g.strokeStyle = colour.of("muted");
   line(g, left, bottom, right, bottom);
-}
-
-// Times keep their decimals down to nanoseconds.
-function timeWordsAt(t, digits, step) {
-  return digits > 5 && digits <= 10 ? t.toFixed(digits).replace("-", "−") : tickWords(t, digits, step);
 }

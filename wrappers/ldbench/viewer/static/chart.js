@@ -18,143 +18,138 @@ class Chart {
       const look = colour.ofColumn(name) ?? colour.neutral(neutral++);
       const same = taken.filter(one => one === look.colour).length;
       taken.push(look.colour);
-      return {run, column, colour: look.colour, dash: same ? colour.dashes[(same + 1) % 4] : look.dash, width: 1.4};
+      return {run, column, colour: look.colour, dash: same ? DASHES[(same + 1) % 4] : look.dash, width: 1.4};
     })).filter(Boolean);
   }
 
   resize() {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2), {clientWidth: w, clientHeight: h} = this.canvas;
-    this.canvas.width = Math.round(w * ratio);
-    this.canvas.height = Math.round(h * ratio);
-    Object.assign(this, {w, h, ratio});
-    this.box = boxOf(w, h);
+    Object.assign(this, prepare(this.canvas));
+    const right = Math.max(this.w - MARGIN.right, MARGIN.left + 10);
+    this.box = {left: MARGIN.left, right, top: MARGIN.top, bottom: this.h - MARGIN.bottom, spare: MARGIN.right - 1};
   }
 
-  // Time of a pixel and back.
-  x(t) {
-    const [start, end] = this.page.window, {left, right} = this.box;
-    return left + (right - left) * (t - start) / (end - start);
+  // The limits of the horizontal axis: the window of time, or values of another column as they are shown.
+  get ends() { return this.over ? this.across : this.page.window; }
+
+  // The pixel of a place on the horizontal axis and back.
+  x(place) {
+    const [start, end] = this.ends, {left, right} = this.box;
+    return left + (right - left) * (place - start) / (end - start);
   }
 
-  time(x) {
-    const [start, end] = this.page.window, {left, right} = this.box;
+  place(x) {
+    const [start, end] = this.ends, {left, right} = this.box;
     return start + (end - start) * (x - left) / (right - left);
   }
 
   // A column in the unit that the vertical axis shows.
   asOnAxis(column) {
     if (!this.scale || this.scale.log || this.over) return column;
-    const [factor, unit] = shortUnit(column.unit, Math.max(Math.abs(this.scale.low), Math.abs(this.scale.high)));
+    const [factor, unit] = shortUnit(column.unit, this.scale);
     return {...column, scale: factor * column.scale, unit};
   }
 
   draw() {
-    const g = this.canvas.getContext("2d");
-    g.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    g.clearRect(0, 0, this.w, this.h);
-    this.paint(g);
+    this.g.clearRect(0, 0, this.w, this.h);
+    this.paint(this.g);
   }
 
   // Draw on a canvas or into a picture; `this.scale` is the vertical scale then.
   paint(g) {
     const {page, box} = this, [start, end] = page.window;
     g.font = "11px system-ui, sans-serif";
-    const drawn = this.over ? this.lines().map(line => this.curve(line, start, end))
-      : this.lines().map(line => ({line, ...this.pieces(line, start, end)}));
-    this.scale = this.scaleOf(drawn);
-    const unit = drawn[0]?.line.column.unit ?? "";
-    let x = t => this.x(t);
-    if (this.over) {
-      x = this.horizontal(drawn);
-      drawAxes(g, page.colour, box, this.scale, unit, ...this.across, x, drawn[0]?.across.unit ?? "");
-    } else drawAxes(g, page.colour, box, this.scale, unit, start, end, x, "s");
+    const drawn = this.lines().map(line => this.over ? this.curve(line, start, end) : this.pieces(line, start, end));
+    const all = key => drawn.map(one => one[key]);
+    this.curves = this.over ? drawn : [];
+    if (this.over) this.across = this.acrossLimits ?? extent(Math.min(...all("leftmost")), Math.max(...all("rightmost")));
+    const least = Math.min(...all("least")), most = Math.max(...all("most")), smallest = Math.min(...all("smallest"));
+    const [low, high] = this.limits ?? (this.log ? logExtent(smallest, Math.max(-least, most)) : extent(least, most));
+    this.scale = verticalScale(low, high, this.log && low > 0, box);
+    drawAxes(g, page.colour, box, this.scale, drawn[0]?.line.column.unit ?? "", this.ends, x => this.x(x),
+             this.over ? drawn[0]?.across.unit ?? "" : "s");
     g.save();
     g.beginPath();
     g.rect(box.left, box.top - 1, box.right - box.left, box.bottom - box.top + 2);
     g.clip();
     if (!this.over) this.drawEvents(g);
     g.lineJoin = "round";
-    for (const one of drawn) {
-      g.strokeStyle = g.fillStyle = one.line.colour;
-      g.lineWidth = one.line.width;
-      if (this.over) this.drawCurve(g, one);
-      else this.drawPieces(g, one);
-    }
+    drawn.forEach(one => this.drawPieces(g, one));
     g.restore();
-    const words = this.empty(drawn);
-    if (!words) return;
+    const words = drawn.some(one => Number.isFinite(one.most)) ? "" : drawn.length ? "no values here"
+      : this.mode === "difference" ? "a difference needs a second run" : "no such column";
     g.fillStyle = page.colour.of("muted");
     g.textAlign = "center";
-    g.fillText(words, (box.left + box.right) / 2, (box.bottom + box.top) / 2);
+    if (words) g.fillText(words, (box.left + box.right) / 2, (box.bottom + box.top) / 2);
   }
 
-  scaleOf(drawn) {
-    const {box} = this, least = Math.min(...drawn.map(one => one.least)), most = Math.max(...drawn.map(one => one.most));
-    const smallest = Math.min(...drawn.map(one => one.smallest)), largest = Math.max(-least, most);
-    const [low, high] = this.limits ?? (this.log ? logExtent(smallest, largest) : extent(least, most));
-    return this.log && low > 0 ? logScale(low, high, box.top, box.bottom) : linearScale(low, high, box.top, box.bottom);
-  }
-
-  empty(drawn) {
-    if (drawn.some(one => Number.isFinite(one.most))) return "";
-    if (!drawn.length) return this.mode === "difference" ? "a difference needs a second run" : "no such column";
-    return "no values here";
-  }
-
+  // What is drawn of a line over time.
   pieces(line, start, end) {
     const {run, column} = line, pixels = this.box.right - this.box.left;
-    const found = this.mode === "difference"
-      ? thinned(difference(this.page.runs[0], run, column.name, start, end), pixels)
-      : drawing(run, column.name, start, end, pixels);
-    let least = Infinity, most = -Infinity, smallest = Infinity;
-    const see = (x, from, to) => {
-      if (to < start || from > end) return;
-      if (x < least) least = x;
-      if (x > most) most = x;
-      const size = Math.abs(x);
-      if (size < smallest && size > 0) smallest = size;
-    };
+    let found;
+    if (this.mode === "difference") {
+      const points = difference(this.page.runs[0], run, column.name, start, end), bins = asBins(points.t, points.x);
+      const band = thinned(bins, pixels);
+      found = band === bins ? {points} : {band};
+    } else found = drawing(run, column.name, start, end, pixels);
     const {points, band} = found;
-    if (points) points.x.forEach((x, i) => see(x, points.t[i], points.t[i]));
-    if (band) {
-      band.low.forEach((x, i) => see(x, band.from[i], band.to[i]));
-      band.high.forEach((x, i) => see(x, band.from[i], band.to[i]));
+    return {line, ...found, ...extremes(column.scale, ...(band ? [band.low, band.high] : [points.x]))};
+  }
+
+  // What is drawn of a line over another column, in the window of time. A long run has both columns for every row, or at kept rows.
+  curve(line, start, end) {
+    const {run, column} = line, across = run.column(this.over) ?? {unit: "", scale: NaN, words: this.over};
+    const every = run.tracks[column.name] && run.tracks[this.over], holder = every ? run.tracks : run.exact;
+    const times = every ? run.rowTimes : run.t, [a, b] = span(times, start, end);
+    const part = name => holder[name]?.subarray(a, b) ?? new Float64Array(0);
+    const t = part(this.over).map(x => across.scale * x), x = t.length ? part(column.name) : t;
+    const {least: leftmost, most: rightmost} = extremes(1, t);
+    return {line, across, times: times.subarray(a, b), leftmost, rightmost, ...extremes(column.scale, x),
+            points: {t, x, joined: every || !run.rowNumbers ? undefined : i => run.joined(a + i)}};
+  }
+
+  // Where a curve is at a time [px]; null if nothing is known there.
+  pointAt({line: {run, column}, across}, t) {
+    const [x, y] = [this.x(across.scale * run.at(this.over, t)), this.scale.y(column.scale * run.at(column.name, t))];
+    return Number.isFinite(x + y) ? [x, y] : null;
+  }
+
+  // The point of all curves that is nearest to a pixel: {curve, i, x, y}; null beyond 40 px.
+  nearest(px, py) {
+    let best = null, least = 40 ** 2;
+    for (const curve of this.curves) {
+      const {points, line: {column}} = curve;
+      points.t.forEach((place, i) => {
+        const x = this.x(place), y = this.scale.y(column.scale * points.x[i]), d = (x - px) ** 2 + (y - py) ** 2;
+        if (d < least) [least, best] = [d, {curve, i, x, y}];
+      });
     }
-    // A stretch without a point shows the line between the points on both sides.
-    if (points && least === Infinity) points.x.forEach(x => see(x, start, end));
-    const scale = column.scale;
-    return {...found, least: least * scale, most: most * scale, smallest: smallest * scale};
+    return best;
   }
 
   drawPieces(g, {line, points, band, exact}) {
     const v = x => this.scale.y(line.column.scale * x);
+    g.strokeStyle = g.fillStyle = line.colour;
+    g.lineWidth = line.width;
     g.setLineDash(line.dash);
     if (band) this.drawBand(g, band, v, Boolean(exact));
-    const dots = points && points.t.length < (this.box.right - this.box.left) / 8;
-    if (points) this.drawLine(g, points, v, dots || Boolean(points.joined));
+    if (points) this.drawLine(g, points, v, points.t.length < (this.box.right - this.box.left) / 8 || Boolean(points.joined));
     if (exact) this.drawLine(g, exact, v, true);
     g.setLineDash([]);
   }
 
   // Points between which the run has rows that are not kept are dots.
   drawLine(g, {t, x, joined}, v, dots) {
-    g.beginPath();
+    const size = t.length < (this.box.right - this.box.left) / 3 ? 3 : 1.5;
     let pen = false;
-    const shown = i => !Number.isNaN(x[i]) && (!this.scale.log || x[i] !== 0);
+    g.beginPath();
     for (let i = 0; i < t.length; i++) {
-      if (!shown(i)) {
-        pen = false;
-        continue;
-      }
-      if (pen && (!joined || joined(i))) g.lineTo(this.x(t[i]), v(x[i]));
-      else g.moveTo(this.x(t[i]), v(x[i]));
-      pen = true;
+      const shown = !Number.isNaN(x[i] + t[i]) && (!this.scale.log || x[i] !== 0), px = this.x(t[i]), py = v(x[i]);
+      if (shown && pen && (!joined || joined(i))) g.lineTo(px, py);
+      else if (shown) g.moveTo(px, py);
+      if (shown && dots) g.fillRect(px - size / 2, py - size / 2, size, size);
+      pen = shown;
     }
     g.stroke();
-    if (!dots) return;
-    const size = t.length < (this.box.right - this.box.left) / 3 ? 3 : 1.5;
-    for (let i = 0; i < t.length; i++)
-      if (shown(i)) g.fillRect(this.x(t[i]) - size / 2, v(x[i]) - size / 2, size, size);
   }
 
   // A bin spans its least and largest value. The line goes on from one bin to the next through all values between them, and
@@ -204,7 +199,14 @@ class Chart {
   }
 }
 
-function boxOf(w, h) {
-  const right = Math.max(w - MARGIN.right, MARGIN.left + 10);
-  return {left: MARGIN.left, right, top: MARGIN.top, bottom: h - MARGIN.bottom, spare: MARGIN.right - 1};
+// The least and the largest of some values, and the smallest magnitude that is not zero.
+function extremes(scale, ...series) {
+  let [least, most, smallest] = [Infinity, -Infinity, Infinity];
+  for (const values of series)
+    for (const x of values) {
+      if (x < least) least = x;
+      if (x > most) most = x;
+      if (x !== 0 && Math.abs(x) < smallest) smallest = Math.abs(x);
+    }
+  return {least: scale * least, most: scale * most, smallest: scale * smallest};
 }

@@ -10,20 +10,16 @@ const SIGNS = {"+": "+", "-": "−", "*": "·", "/": "/"};
 
 // Forces of the rail on the wheel. L is positive where the wheel presses its rail outwards. Python: lateral_over_vertical.
 function standardDerived() {
-  const found = [];
+  const found = [], sum = (...forces) => forces.reduce((a, b) => a + b);
+  const force = (name, words, from) => ({name, words, unit: "kN", si: "N", scale: 1e-3, from, rule: sum});
   for (const [side, words, outwards] of [["L", "left wheel", -1], ["R", "right wheel", 1]]) {
     const of = kind => [`${kind}_${side}T`, `${kind}_${side}F`], forces = [...of("Fy"), ...of("Fz")];
-    found.push(
-      {name: `LV_${side}`, words: `L/V, ${words}`, unit: "", si: "1", scale: 1, from: forces,
-       rule: (yt, yf, zt, zf) => zt + zf > 0 ? outwards * (yt + yf) / (zt + zf) : NaN},
-      {name: `Fz_${side}`, words: `vertical force, ${words}`, unit: "kN", si: "N", scale: 1e-3, from: of("Fz"),
-       rule: (a, b) => a + b},
-      {name: `Fy_${side}`, words: `lateral force, ${words}`, unit: "kN", si: "N", scale: 1e-3, from: of("Fy"),
-       rule: (a, b) => a + b});
+    found.push({name: `LV_${side}`, words: `L/V, ${words}`, unit: "", si: "1", scale: 1, from: forces,
+                rule: (yt, yf, zt, zf) => zt + zf > 0 ? outwards * (yt + yf) / (zt + zf) : NaN},
+               force(`Fz_${side}`, `vertical force, ${words}`, of("Fz")), force(`Fy_${side}`, `lateral force, ${words}`, of("Fy")));
   }
   for (const [kind, words] of [["Fz", "vertical force"], ["Fy", "lateral force"]])
-    found.push({name: kind + "_sum", words: `${words}, all contacts`, unit: "kN", si: "N", scale: 1e-3,
-                from: CONTACTS.map(c => `${kind}_${c}`), rule: (...forces) => forces.reduce((a, b) => a + b)});
+    found.push(force(kind + "_sum", `${words}, all contacts`, CONTACTS.map(c => `${kind}_${c}`)));
   return found;
 }
 
@@ -36,8 +32,9 @@ function addDerived(run) {
 function addExpression(run, name) {
   for (let k = 1; k < Math.min(name.length - 1, LONGEST); k++) {
     const operation = OPERATIONS[name[k]], a = run.known.get(name.slice(0, k)), b = run.known.get(name.slice(k + 1));
-    if (!operation || !a || !b || !fits(name[k], a, b)) continue;
     const product = name[k] === "*", ratio = name[k] === "/";
+    if (!operation || !a || !b) continue;
+    if (!product && !ratio && (a.unit !== b.unit || a.scale !== b.scale)) continue;      // sums and differences need one unit
     const unit = product ? [a.unit, b.unit].filter(Boolean).join("·") : !ratio ? a.unit
       : a.unit === b.unit ? "" : `${a.unit || "1"}/${b.unit}`.replace(/\/$/, "");
     const si = product ? `${a.si}.${b.si}` : !ratio ? a.si : a.si === b.si ? "1" : `${a.si}/${b.si}`;
@@ -47,9 +44,6 @@ function addExpression(run, name) {
   }
   return undefined;
 }
-
-// Sums and differences need one unit.
-function fits(sign, a, b) { return "*/".includes(sign) || (a.unit === b.unit && a.scale === b.scale); }
 
 function addColumn(run, facts, from, rule) {
   const combined = series => Float64Array.from(series[0], (_, i) => rule(...series.map(x => x[i])));
@@ -61,7 +55,6 @@ function addColumn(run, facts, from, rule) {
   };
   later(run.exact, () => from.map(name => run.exact[name]));
   if (from.every(name => run.tracks[name])) later(run.tracks, () => from.map(name => run.tracks[name]));
-  run.names.add(column.name);
   run.known.set(column.name, column);
   return column;
 }

@@ -1,35 +1,19 @@
 // What happened: events that the files list, and contacts and lift-offs that only the rows tell.
 
-class Events {
-  constructor(page) {
-    this.page = page;
-    this.all = [];
-  }
+// The events of the runs that are shown, in order of time: all of them, and those that the files list.
+function gatherEvents(runs) {
+  const all = runs.flatMap(run => [...run.events, ...(run.found ??= eventsOfRows(run))].map(event =>
+    ({...event, t: event.t + run.shift, run}))).sort((a, b) => a.t - b.t);
+  return {all, listed: all.filter(event => !event.fromRows)};
+}
 
-  // Collect the events of the runs that are shown, in order of time.
-  gather(runs) {
-    const placed = (run, event) => ({...event, t: event.t + run.shift, run});
-    this.all = runs.flatMap(run => [...run.events, ...(run.found ??= eventsOfRows(run))].map(event => placed(run, event)))
-      .sort((a, b) => a.t - b.t);
-    this.listed = this.all.filter(event => !event.fromRows);
-  }
-
-  // The next or the last event, seen from a time.
-  from(t, direction, aside) {
-    return direction > 0 ? this.all.find(event => event.t > t + aside) : this.all.findLast(event => event.t < t - aside);
-  }
-
-  at(t, aside) { return this.all.filter(event => Math.abs(event.t - t) <= aside); }
-
-  // Fill the list of events; what the file does not list is said, too.
-  drawList() {
-    const {runs} = this.page, several = runs.length > 1;
-    const name = run => several ? `${run.name}: ` : "";
-    get("events").replaceChildren(make("option", {value: ""}, this.listed.length ? "go to …" : "none in the file"),
-      ...this.listed.map((event, k) => make("option", {value: String(k)},
-        `${timeWords(event.t)} s  ${name(event.run)}${eventWords(event)}`)),
-      ...runs.flatMap(run => unlistedWords(run).map(words => make("option", {disabled: true, value: ""}, name(run) + words))));
-  }
+// Fill the list of events; what the file does not list is said, too.
+function drawEventList(runs, listed) {
+  const name = run => runs.length > 1 ? `${run.name}: ` : "", option = (value, words, disabled = false) =>
+    make("option", {value, disabled}, words);
+  get("events").replaceChildren(option("", listed.length ? "go to …" : "none in the file"),
+    ...listed.map((event, k) => option(k, `${timeWords(event.t)} s  ${name(event.run)}${eventWords(event)}`)),
+    ...runs.flatMap(run => unlistedWords(run).map(words => option("", name(run) + words, true))));
 }
 
 function eventWords({what, force, peak, fromRows}) {
@@ -39,8 +23,7 @@ function eventWords({what, force, peak, fromRows}) {
 
 // How many events of each kind the file does not list.
 function unlistedWords(run) {
-  const many = Object.entries(run.unlisted ?? {}).filter(([, count]) => count > 0);
-  return many.map(([what, count]) => {
+  return Object.entries(run.unlisted).map(([what, count]) => {
     const reached = (run.found ?? []).some(event => event.what === what);
     return `${count} more of “${what}” that the file does not list${reached ? "; the key e goes to those that rows show" : ""}`;
   });
@@ -48,26 +31,21 @@ function unlistedWords(run) {
 
 // Contacts of flanges, lift-offs and landings that the file does not list: where forces begin and end.
 function eventsOfRows(run) {
-  const found = [];
+  const found = [], series = name => run.has(name) ? run.series(name) : [];
   for (const [side, words] of [["L", "left"], ["R", "right"]]) {
-    const [, tread] = seriesOf(run, `N_${side}T`), [t, flange] = seriesOf(run, `N_${side}F`);
-    if (!t) continue;
-    const kinds = [`${words} flange contact`, `${words} wheel lift-off`, `${words} wheel landing`];
-    const wanted = kinds.map(kind => run.unlisted?.[kind] > 0);
-    if (!wanted.includes(true)) continue;
-    const listed = kinds.map(kind => run.events.filter(event => event.what === kind).map(event => event.t));
-    const see = (kind, i) => {
+    const [, tread] = series(`N_${side}T`), [t, flange] = series(`N_${side}F`);
+    const [contact, liftOff, landing] = ["flange contact", "wheel lift-off", "wheel landing"].map(kind => `${words} ${kind}`);
+    if (!t || ![contact, liftOff, landing].some(kind => run.unlisted[kind])) continue;
+    const see = (what, i) => {
       const time = t[i] - run.shift, aside = 3 * (t[Math.min(i + 1, t.length - 1)] - t[Math.max(i - 1, 0)]);
-      if (wanted[kind] && !listed[kind].some(other => Math.abs(other - time) <= aside))
-        found.push({t: time, what: kinds[kind], force: null, fromRows: true});
+      if (run.unlisted[what] && !run.events.some(event => event.what === what && Math.abs(event.t - time) <= aside))
+        found.push({t: time, what, force: null, fromRows: true});
     };
     const carried = i => isClosed(flange[i]) || isClosed(tread?.[i] ?? 0);
     for (let i = 1; i < t.length; i++) {
-      if (isClosed(flange[i]) && !isClosed(flange[i - 1])) see(0, i - 1);
-      if (tread && carried(i) !== carried(i - 1)) carried(i) ? see(2, i - 1) : see(1, i);
+      if (isClosed(flange[i]) && !isClosed(flange[i - 1])) see(contact, i - 1);
+      if (tread && carried(i) !== carried(i - 1)) carried(i) ? see(landing, i - 1) : see(liftOff, i);
     }
   }
   return found;
 }
-
-function seriesOf(run, name) { return run.has(name) ? run.series(name) : []; }

@@ -2,10 +2,9 @@
 
 // The part of a canvas context that charts use; it makes SVG.
 class SvgContext {
-  constructor(w, h, paper) {
+  constructor(w, h) {
     Object.assign(this, {w, h, parts: [], path: "", state: {move: "", clip: "", alpha: 1}, saved: [], clips: 0});
     Object.assign(this, {fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, dash: [], textAlign: "left", font: ""});
-    this.parts.push(`<rect width="${w}" height="${h}" fill="${paper}"/>`);
   }
 
   set globalAlpha(alpha) { this.state.alpha = alpha; }
@@ -59,10 +58,12 @@ function plain(text) {
   return String(text).replace(/[&<>"]/g, mark => `&#${mark.charCodeAt(0)};`).replace(/[^\t\n\r -\ud7ff\ue000-\ufffd]/g, "?");
 }
 
-// Draw a chart, and its legend below, with another context.
-function paintWithLegend(chart, g) {
-  chart.paint(g);
+// Draw a chart on paper with another context, and its legend below; of several runs with their names.
+function paintWithLegend(chart, g, height) {
   const {colour} = chart.page, {left, right} = chart.box;
+  g.fillStyle = colour.of("paper");
+  g.fillRect(0, 0, chart.w, height);
+  chart.paint(g);
   let [x, y] = [left, chart.h + 8];
   g.textAlign = "left";
   g.textBaseline = "middle";
@@ -80,21 +81,19 @@ function paintWithLegend(chart, g) {
   }
 }
 
-function legendHeight(chart) { return 16 * (chart.lines().length + 1); }
+function heightWithLegend(chart) { return chart.h + 16 * (chart.lines().length + 1); }
 
 function chartAsSvg(chart) {
-  const g = new SvgContext(chart.w, chart.h + legendHeight(chart), chart.page.colour.of("paper"));
-  paintWithLegend(chart, g);
+  const height = heightWithLegend(chart), g = new SvgContext(chart.w, height);
+  paintWithLegend(chart, g, height);
   return new Blob([g.text()], {type: "image/svg+xml"});
 }
 
 function chartAsPng(chart) {
-  const ratio = 3, canvas = make("canvas"), g = canvas.getContext("2d");
-  [canvas.width, canvas.height] = [ratio * chart.w, ratio * (chart.h + legendHeight(chart))];
+  const ratio = 3, height = heightWithLegend(chart), canvas = make("canvas"), g = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [ratio * chart.w, ratio * height];
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
-  g.fillStyle = chart.page.colour.of("paper");
-  g.fillRect(0, 0, canvas.width, canvas.height);
-  paintWithLegend(chart, g);
+  paintWithLegend(chart, g, height);
   return new Promise(done => canvas.toBlob(done, "image/png"));
 }
 

@@ -6,14 +6,12 @@ class Hover {
     this.line = make("div", {class: "cursor hover", hidden: true});
     this.box = make("div", {class: "tip", hidden: true});
     chart.holder.append(this.line, this.box);
-    const {canvas} = chart;
-    canvas.addEventListener("pointermove", event => {
-      if (event.buttons || event.pointerType === "touch") return this.hide();
-      const place = canvas.getBoundingClientRect();
-      this.show(event.clientX - place.left, event.clientY - place.top);
+    chart.canvas.addEventListener("pointermove", event => {
+      if (event.buttons || event.pointerType === "touch") this.hide();
+      else this.show(event.offsetX, event.offsetY);
     });
     for (const end of ["pointerleave", "pointerdown", "wheel"])
-      canvas.addEventListener(end, () => this.hide(), {passive: true});
+      chart.canvas.addEventListener(end, () => this.hide(), {passive: true});
   }
 
   // The lines of the pointer: over time, one in each chart.
@@ -32,36 +30,30 @@ class Hover {
     const found = chart.over ? this.onCurve(x, y) : this.atTime(x);
     if (!found) return this.hide();
     const {words, t, at} = found;
-    this.box.replaceChildren(make("b", {}, `${timeWords(t)} s`), ...words.map(([look, text]) =>
-      make("span", {}, swatch(look.colour, look.dash, look.width), text)));
+    this.box.replaceChildren(make("b", {}, `${timeWords(t)} s`), ...words.map(([line, text]) =>
+      make("span", {}, swatch(line), chart.page.runs.length > 1 ? `${line.run.name} ${text}` : text)));
     this.box.hidden = false;
     for (const line of this.lines) {
       line.hidden = false;
-      line.style.transform = `translateX(${at - 0.5}px)`;
+      move(line, at - 0.5, 0);
     }
-    const beyond = at + 12 + this.box.offsetWidth > chart.w;
-    this.box.style.transform = `translate(${beyond ? Math.max(at - 12 - this.box.offsetWidth, 0) : at + 12}px, ${top}px)`;
+    const width = this.box.offsetWidth, beyond = at + 12 + width > chart.w;
+    move(this.box, beyond ? Math.max(at - 12 - width, 0) : at + 12, top);
   }
 
   // The values at the row that is nearest to the pointer, or between rows if they lie far apart.
   atTime(x) {
-    const {chart} = this, {page} = chart, first = page.runs[0], here = chart.time(x);
+    const {chart} = this, [first] = chart.page.runs, here = chart.place(x);
     const row = first.t[first.row(here)], t = Math.abs(chart.x(row) - x) < 4 ? row : here;
-    const words = chart.lines().map(line => {
-      const {run} = line, column = chart.asOnAxis(line.column);
-      const reading = chart.mode === "difference" ? {x: run.at(column.name, t) - first.at(column.name, t)}
-        : run.reading(column.name, t);
-      return [line, `${readingWords(reading, column, false, 6)} ${column.unit}`];
-    });
-    return {words, t, at: chart.x(t)};
+    return {words: chart.lines().map(line => [line, chart.valueWords(line, t).join(" ")]), t, at: chart.x(t)};
   }
 
   onCurve(x, y) {
     const near = this.chart.nearest(x, y);
     if (!near) return null;
-    const {curve: {line, across, t, horizontal, vertical}, i} = near;
-    const value = (column, v) => `${shortWords(column.scale * v, 6)} ${column.unit}`;
-    return {t: t[i], at: near.x, words: [[line, `${line.column.words} ${value(line.column, vertical[i])}`],
-                                         [line, `${across.words} ${value(across, horizontal[i])}`]]};
+    const {curve: {line, across, times, points}, i} = near, {column} = line;
+    return {t: times[i], at: near.x, words: [
+      [line, `${column.words} ${shortWords(column.scale * points.x[i], 6)} ${column.unit}`],
+      [line, `${across.words} ${shortWords(points.t[i], 6)} ${across.unit}`]]};
   }
 }

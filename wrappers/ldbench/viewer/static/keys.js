@@ -1,5 +1,6 @@
 // Keys, and dragging and zooming with mouse, pen and fingers.
 
+// What keys do, and the buttons that name them.
 const KEYS = {
   " ": page => page.player.toggle(),
   "ArrowLeft": (page, event) => page.stepRow(event.shiftKey ? -10 : -1),
@@ -20,9 +21,15 @@ const KEYS = {
   "f": () => get("follow").click(),
   "l": () => get("arrows").click(),
   "m": page => page.setMark(),
-  "o": () => get("loop").click(),
+  "o": page => {
+    page.player.loop(!page.player.looping);
+    page.write();
+  },
   "a": page => { if (page.runs.length > 1) get("align").click(); },
-  "?": () => get("help").click(),
+  "?": () => {
+    get("keys").hidden = !get("keys").hidden;
+    get("help").setAttribute("aria-expanded", !get("keys").hidden);
+  },
 };
 const SCENE_KEYS = {
   "ArrowLeft": page => page.panScene(40, 0),

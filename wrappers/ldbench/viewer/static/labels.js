@@ -6,15 +6,11 @@ class Labels {
   }
 
   // Keep a box free of words.
-  keep(x1, y1, x2, y2) {
-    this.taken.push([Math.min(x1, x2), Math.min(y1, y2), Math.max(x1, x2), Math.max(y1, y2)]);
-  }
+  keep(...box) { this.taken.push(box); }
 
-  // Keep the surroundings of a point and of an arrow free.
-  keepPoint(x, y, r) { this.keep(x - r, y - r, x + r, y + r); }
-
+  // Keep the surroundings of a point and of an arrow from it free.
   keepArrow(x, y, nx, ny, length) {
-    for (let s = 0; s <= length; s += 8) this.keepPoint(x + s * nx, y + s * ny, 5);
+    for (let s = 0, r = 8; s <= length; s += 8, r = 5) this.keep(x + s * nx - r, y + s * ny - r, x + s * nx + r, y + s * ny + r);
   }
 
   // Write near (x, y), in the first free place of a ring round it; below it at first or above it.
@@ -22,18 +18,17 @@ class Labels {
     const half = this.g.measureText(text).width / 2 + 4;
     const clamp = (v, low, high) => Math.min(Math.max(v, low), high);
     let best = null, least = Infinity;
-    search: for (const r of [0, 14, 28, 42, 58, 76, 96])
+    for (const r of [0, 14, 28, 42, 58, 76, 96])
       for (const [a, b] of [[0, first], [1, first], [-1, first], [1, 0], [-1, 0], [0, -first], [1, -first], [-1, -first]]) {
+        if (!least) break;
         const cx = clamp(x + a * (r + (a ? half * 0.9 : 0)), half + 2, this.w - half - 2);
         const cy = clamp(y + b * r, 36, this.h - 38), box = [cx - half, cy - 11, cx + half, cy + 6];
         const hits = this.taken.filter(other => meets(other, box)).length;
         if (hits < least) [best, least] = [{cx, cy, box}, hits];
-        if (!hits) break search;
       }
     this.taken.push(best.box);
     this.written.push(best.box);
     this.words(text, best.cx, best.cy, "center", colour);
-    return best;
   }
 
   // Write with a margin in the colour of the paper.

@@ -5,34 +5,17 @@ const REFRESH = 80;             // time between updates of the numbers while the
 
 class Page {
   constructor(facts) {
-    this.facts = facts;
-    this.shapes = facts.shapes.map(unflattened);
-    this.loaded = new Map();
-    this.shown = facts.runs.map(run => run.shown);
-    this.runs = [];
-    this.colour = new Colours();
-    this.t = 0;
-    this.mark = null;           // time of the second cursor
-    this.aligned = false;
-    this.window = [0, 1];
-    this.charts = [];
-    this.events = new Events(this);
-    this.values = new Values();
-    this.list = new RunList(this);
+    Object.assign(this, {facts, shapes: facts.shapes.map(unflattened), loaded: new Map(), runs: [], charts: [], window: [0, 1],
+                         t: 0, mark: null, colour: new Colours(), values: new Values()});     // mark: time of the second cursor
     this.address = new Address(this);
     this.player = new Player(this);
     this.scene = new Scene(get("scene"), this.colour);
-    this.pressure = new Pressure(get("pressure"), this.colour);
+    this.fillControls();
   }
 
-  get playing() { return this.player.playing; }
-
   async open() {
-    get("title").textContent = this.facts.title;
-    document.title = this.facts.title;
-    this.fillControls();
     this.shown = this.address.named();
-    this.list.drawSummary();
+    drawSummary(this);
     await this.showRuns();
     this.look("whole");
     await this.address.follow();
@@ -40,8 +23,6 @@ class Page {
     performance.mark("ready");
     document.documentElement.dataset.ready = "yes";
   }
-
-  // Runs ------------------------------------------------------------------------------------
 
   // A run is read when it is first shown, once.
   load(k) {
@@ -53,15 +34,13 @@ class Page {
     const facts = this.facts.runs[k], holder = get("run" + k);
     const run = new Run(facts, k, await readRun(facts.index, holder.textContent));
     holder.remove();
-    const rest = run.shape === null ? {axle: 0, roll: 0} : this.shapes[run.shape];
-    Object.assign(run, {axle: rest.axle, axleRoll: rest.roll});
-    run.largest = Math.max(...run.events.map(event => event.peak ?? 0), 0);
-    return run;
+    const {axle, roll} = this.shapes[run.shape] ?? {axle: 0, roll: 0};
+    return Object.assign(run, {axle, axleRoll: roll, largest: Math.max(...run.events.map(event => event.peak ?? 0), 0)});
   }
 
   // Load and show the runs that are chosen, over the whole time or over the window of before.
   async showRuns(sameWindow = false) {
-    const wanted = this.shown.map((shown, k) => shown ? k : -1).filter(k => k >= 0);
+    const wanted = [...this.shown.keys()].filter(k => this.shown[k]);
     const turn = this.turn = (this.turn ?? 0) + 1, runs = await Promise.all(wanted.map(k => this.load(k)));
     if (turn !== this.turn) return;             // other runs have been chosen meanwhile
     this.runs = runs;
@@ -74,33 +53,25 @@ class Page {
       this.firstCharts = this.charts.map(wordsOfChart).join("\n");
     }
     const titles = this.runs.map(run => run.title).filter(Boolean);
-    get("subtitle").textContent = titles.slice(0, 2).join(" · ") + (titles.length > 2 ? ` · and ${titles.length - 2} more runs` : "");
-    this.list.drawChoice();
-    this.list.drawAbout();
+    const more = titles.length > 2 ? [`and ${titles.length - 2} more runs`] : [];
+    get("subtitle").textContent = [...titles.slice(0, 2), ...more].join(" · ");
+    drawChoice(this);
+    drawAbout(this);
     this.values.draw(this.runs, this.columns(), this.facts.groups);
     this.charts.forEach(chart => chart.drawHead());
     this.resize();
-    this.go(Math.min(Math.max(this.t, this.start), this.end));
+    this.go(this.t);
   }
 
   // Every run at its time, aligned or not; everything that depends on it follows.
   placeRuns() {
-    const shifts = this.aligned ? alignment(this.runs) : this.runs.map(() => 0);
-    this.runs.forEach((run, k) => run.place(shifts[k]));
-    this.events.gather(this.runs);
-    this.start = Math.min(...this.runs.map(run => run.start));
-    this.end = Math.max(...this.runs.map(run => run.end));
-    get("scrub").min = this.start;
-    get("scrub").max = this.end;
-    this.events.drawList();
-  }
-
-  align(on) {
-    this.aligned = get("align").checked = on;
-    if (!this.runs.length) return;
-    this.placeRuns();
-    this.wholeRun();
-    this.go(Math.min(Math.max(this.t, this.start), this.end));
+    const {runs} = this, shifts = get("align").checked ? alignment(runs) : runs.map(() => 0);
+    runs.forEach((run, k) => run.place(shifts[k]));
+    this.events = gatherEvents(runs);
+    this.start = Math.min(...runs.map(run => run.start));
+    this.end = Math.max(...runs.map(run => run.end));
+    Object.assign(get("scrub"), {min: this.start, max: this.end});
+    drawEventList(runs, this.events.listed);
   }
 
   // Each column of the files once, over all runs that are shown.
@@ -114,23 +85,25 @@ class Page {
 
   column(name) { return this.runs.map(run => run.column(name)).find(Boolean); }
 
+  // All numbers at the cursor, with the time since the mark and the frequency that belongs to it.
   fillNumbers() {
+    const apart = this.mark === null ? 0 : this.t - this.mark;
+    get("apart").hidden = this.mark === null;
+    get("apart").textContent = `Δt ${shortWords(1e3 * apart, 6)} ms` + (apart ? `, ${shortWords(1 / Math.abs(apart), 5)} Hz` : "");
     this.values.fill(this.t, this.mark);
     for (const chart of this.charts) chart.fillLegend();
     this.fillPose();
   }
 
   fillPose() {
-    get("pose").textContent = this.runs.map(run => {
-      const {y, z, roll} = run.pose(this.t), what = this.runs.length > 1 ? `${run.name}: ` : "";
-      const have = [["Y", y, "Y", "mm"], ["Z", z, "Z", "mm"], ["roll", roll, "Φ", "mrad"]]
-        .filter(([name]) => run.has(name))
-        .map(([, x, words, unit]) => `${words} ${(1e3 * x).toFixed(3)} ${unit}`);
-      return what + (have.join(", ") || "no displacements in the file");
-    }).join("; ").replaceAll("-", "−");
+    const words = this.runs.map(run => {
+      const pose = run.pose(this.t), shown = (name, key, words, unit) =>
+        run.has(name) ? [`${words} ${minus((1e3 * pose[key]).toFixed(3))} ${unit}`] : [];
+      const have = [...shown("Y", "y", "Y", "mm"), ...shown("Z", "z", "Z", "mm"), ...shown("roll", "roll", "Φ", "mrad")];
+      return (this.runs.length > 1 ? `${run.name}: ` : "") + (have.join(", ") || "no displacements in the file");
+    });
+    get("pose").textContent = words.join("; ");
   }
-
-  // Charts ------------------------------------------------------------------------------------
 
   addChart(state) {
     const chart = new Panel(this, state);
@@ -144,7 +117,17 @@ class Page {
     this.charts = this.charts.filter(other => other !== chart);
   }
 
-  drawCharts() { this.charts.forEach(chart => chart.draw()); }
+  // The charts of a link, as far as their columns are known.
+  replaceCharts(charts) {
+    const known = charts.map(chart => ({...chart, names: chart.names.filter(name => this.column(name)),
+                                        over: this.column(chart.over ?? "") ? chart.over : ""}))
+      .filter(chart => chart.names.length).slice(0, 50);
+    if (!known.length) return;
+    [...this.charts].forEach(chart => this.removeChart(chart));
+    known.forEach(chart => this.addChart(chart).drawHead());
+    this.resize();
+    this.fillNumbers();
+  }
 
   placeCursors() { this.charts.forEach(chart => chart.placeCursor()); }
 
@@ -161,7 +144,7 @@ class Page {
     length = Math.min(length, this.end - this.start);
     start = Math.min(Math.max(start, this.start), this.end - length);
     this.window = [start, start + length];
-    this.drawCharts();
+    this.charts.forEach(chart => chart.draw());
     this.placeCursors();
     drawOverview(this);
   }
@@ -171,15 +154,13 @@ class Page {
     this.write();
   }
 
-  // Time --------------------------------------------------------------------------------------
-
   // Move to a time; everything follows. `settled`: the time stays, so the address and the reader are told.
   go(t, settled = true) {
     const before = this.t, [start, end] = this.window;
     this.t = Math.min(Math.max(t, this.start), this.end);
     if (this.t !== before && (this.t < start || this.t > end)) this.setWindow(this.t - 0.1 * (end - start), end - start);
     this.scene.draw(this.runs, this.shapes, this.t, !settled);
-    this.pressure.draw(this.runs[0], this.t);
+    drawPatches(this.runs[0], this.t, this.colour);
     this.placeCursors();
     get("scrub").value = this.t;
     get("clock").textContent = `${timeWords(this.t)} s`;
@@ -187,7 +168,6 @@ class Page {
     if (settled || now - (this.filled ?? 0) > REFRESH) {
       this.filled = now;
       this.fillNumbers();
-      this.drawApart();
     }
     if (settled) {
       this.write();
@@ -210,11 +190,10 @@ class Page {
 
   stepEvent(direction) {
     this.pause();
-    const next = this.events.from(this.t, direction, 1e-9 * (this.end - this.start));
+    const aside = 1e-9 * (this.end - this.start), {all} = this.events;
+    const next = direction > 0 ? all.find(({t}) => t > this.t + aside) : all.findLast(({t}) => t < this.t - aside);
     if (next) this.go(next.t);
   }
-
-  play() { this.player.play(); }
 
   pause() { this.player.pause(); }
 
@@ -224,51 +203,15 @@ class Page {
     get("mark").setAttribute("aria-pressed", t !== null);
     this.placeCursors();
     this.fillNumbers();
-    this.drawApart();
     drawOverview(this);
     this.write();
   }
 
-  // Time since the mark, and the frequency that belongs to it.
-  drawApart() {
-    const apart = this.mark === null ? 0 : this.t - this.mark;
-    get("apart").hidden = this.mark === null;
-    get("apart").textContent = `Δt ${shortWords(1e3 * apart, 6)} ms` + (apart ? `, ${shortWords(1 / Math.abs(apart), 5)} Hz` : "");
-  }
-
   write() { this.address.write(); }
 
-  // Take over what a link says.
-  take({charts, window, mark, camera, speed, align, follow, loop, arrows, plain, digits, ...factors}) {
-    if (align !== undefined) this.align(align);
-    const known = (charts ?? []).map(chart => ({...chart, names: chart.names.filter(name => this.column(name)),
-                                                over: this.column(chart.over ?? "") ? chart.over : ""}))
-      .filter(chart => chart.names.length).slice(0, 50);
-    if (known.length) {
-      [...this.charts].forEach(chart => this.removeChart(chart));
-      known.forEach(chart => this.addChart(chart).drawHead());
-      this.resize();
-    }
-    if (window) this.setWindow(window[0], window[1] - window[0]);
-    if (mark !== undefined) this.setMark(mark);
-    for (const [what, factor] of Object.entries(factors)) {
-      get("exaggerate-" + what).value = factor;
-      this.scene.settings[what] = factor;
-    }
-    for (const [id, on] of Object.entries({follow, arrows, digits, normals: plain === undefined ? plain : !plain}))
-      if (on !== undefined) {
-        get(id).checked = on;
-        get(id).onchange();
-      }
-    if (camera) this.scene.set(camera);
-    if (loop !== undefined) this.player.loop(loop);
-    if (speed !== undefined) this.player.choose(speed);
-    this.redrawScene();
-    this.fillNumbers();
-  }
-
   say() {
-    const here = this.events.at(this.t, 1e-6 * (this.end - this.start)).map(eventWords);
+    const aside = 1e-6 * (this.end - this.start);
+    const here = this.events.all.filter(({t}) => Math.abs(t - this.t) <= aside).map(eventWords);
     const words = [`${timeWords(this.t)} s`, ...here, get("pose").textContent];
     for (const c of Object.keys(this.facts.contacts)) {
       const contact = this.runs[0].contact(c, this.t);
@@ -279,22 +222,26 @@ class Page {
     get("scene").setAttribute("aria-label", `wheels on rails at ${words.join(", ")}`);
   }
 
-  // Scene ---------------------------------------------------------------------------------------
-
   look(view) {
     this.scene.show(view, viewOf(view, this.shapes[this.runs[0]?.shape]));
     for (const button of get("views").children) button.setAttribute("aria-pressed", button.value === view);
     this.redrawScene();
+    this.write();
+  }
+
+  // A part of the track that is not the view of a name.
+  show(part) {
+    this.scene.show(this.scene.view, part);
+    this.scene.moved = true;
+    this.redrawScene();
+    this.write();
   }
 
   // The part of the track that holds what is drawn now.
   fitScene() {
     const {view} = this.scene, [first] = this.runs, shape = this.shapes[first.shape];
-    this.scene.show(view, view === "whole" || !shape ? fitAll(this.scene, this.runs, this.shapes, this.t)
+    this.show(view === "whole" || !shape ? fitAll(this.scene, this.runs, this.shapes, this.t)
       : fitContact(this.scene, first, shape, this.t, view));
-    this.scene.moved = true;
-    this.redrawScene();
-    this.write();
   }
 
   redrawScene() { this.scene.draw(this.runs, this.shapes, this.t); }
@@ -315,55 +262,38 @@ class Page {
     this.write();
   }
 
-  // Controls ----------------------------------------------------------------------------------
-
   fillControls() {
-    get("views").append(...Object.entries(VIEWS).map(([view, words]) => make("button",
-      {type: "button", value: view, "aria-pressed": String(view === "whole"), onclick: () => {
-        this.look(view);
-        this.write();
-      }}, words)));
-    const setting = (what, value) => {
-      this.scene.settings[what] = value;
+    const onChange = act => () => {
       if (!this.runs.length) return;
-      this.redrawScene();
+      act();
       this.write();
     };
     for (const what of ["displacement", "roll", "gap"]) {
       const select = get("exaggerate-" + what);
-      select.append(...EXAGGERATIONS.map(k => make("option", {value: String(k)}, String(k))));
-      select.onchange = () => setting(what, Number(select.value));
+      select.append(...EXAGGERATIONS.map(k => make("option", {value: k}, k)));
+      select.onchange = onChange(() => this.redrawScene());
     }
-    get("arrows").onchange = () => setting("logarithmic", get("arrows").checked);
-    get("normals").onchange = () => setting("normals", get("normals").checked);
-    get("follow").onchange = () => setting("follow", get("follow").checked);
-    get("align").onchange = () => this.align(get("align").checked);
-    get("digits").onchange = () => {
-      this.fillNumbers();
-      this.write();
-    };
+    for (const id of ["arrows", "normals", "follow"]) get(id).onchange = onChange(() => this.redrawScene());
+    get("digits").onchange = onChange(() => this.fillNumbers());
+    get("align").onchange = onChange(() => {
+      this.placeRuns();
+      this.wholeRun();
+      this.go(this.t);
+    });
+    for (const button of document.querySelectorAll("[data-key]")) button.onclick = event => KEYS[button.dataset.key](this, event);
     const onClick = {
-      "play": () => this.player.toggle(),
-      "row-back": () => this.stepRow(-1), "row-on": () => this.stepRow(1),
-      "event-back": () => this.stepEvent(-1), "event-on": () => this.stepEvent(1),
-      "time-in": () => this.zoomTime(0.5), "time-out": () => this.zoomTime(2), "time-whole": () => this.wholeRun(),
-      "scene-in": () => this.zoomScene(1.4), "scene-out": () => this.zoomScene(1 / 1.4), "scene-fit": () => this.fitScene(),
-      "loop": () => {
-        this.player.loop(!this.player.looping);
-        this.write();
+      "scene-in": () => this.zoomScene(1.4), "scene-out": () => this.zoomScene(1 / 1.4),
+      "theme": () => {
+        this.theme = {auto: "light", light: "dark", dark: "auto"}[this.theme];
+        get("theme").textContent = `theme: ${this.theme}`;
+        this.applyTheme();
       },
-      "mark": () => this.setMark(),
       "add-chart": () => {
         const names = this.columns().map(column => column.name);
         const unseen = names.find(name => !this.charts.some(chart => chart.names.includes(name)));
         const chart = this.addChart({names: [unseen ?? names[0]]});
         chart.picker.box.hidden = false;
         chart.changed();
-      },
-      "theme": () => this.nextTheme(),
-      "help": () => {
-        get("keys").hidden = !get("keys").hidden;
-        get("help").setAttribute("aria-expanded", !get("keys").hidden);
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
@@ -389,17 +319,10 @@ class Page {
     this.applyTheme();
   }
 
-  nextTheme() {
-    this.theme = {auto: "light", light: "dark", dark: "auto"}[this.theme];
-    get("theme").textContent = `theme: ${this.theme}`;
-    this.applyTheme();
-  }
-
   applyTheme(wanted = this.theme) {
     document.documentElement.dataset.theme = wanted === "auto" ? this.dark.matches ? "dark" : "light" : wanted;
-    this.colour.known.clear();
     if (!this.runs.length) return;
-    this.list.drawChoice();
+    drawChoice(this);
     this.charts.forEach(chart => chart.drawHead());
     this.resize();
     this.fillNumbers();
@@ -409,11 +332,11 @@ class Page {
     this.scene.resize();
     this.charts.forEach(chart => chart.resize());
     if (!this.runs.length) return;
-    this.drawCharts();
+    this.charts.forEach(chart => chart.draw());
     drawOverview(this);
     this.placeCursors();
     this.redrawScene();
-    this.pressure.draw(this.runs[0], this.t);
+    drawPatches(this.runs[0], this.t, this.colour);
   }
 }
 

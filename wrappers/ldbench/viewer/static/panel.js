@@ -22,61 +22,55 @@ class Panel extends Chart {
     return (this.mode === "difference" ? "Δ " : "") + column.words + (this.page.runs.length > 1 ? `, ${run.name}` : "");
   }
 
+  // The legend: of one run, each column with its look; of several, each column once, and behind it the looks and values of
+  // all runs, whose names stand with their looks at the top of the page.
+  legend(lines) {
+    this.values = lines.map(line => ({...line, value: make("b")}));
+    if (this.page.runs.length < 2)
+      return this.values.map(one => make("li", {}, swatch(one), one.column.words, one.value));
+    return this.names.map(name => this.values.filter(one => one.column.name === name)).filter(some => some.length)
+      .map(some => make("li", {}, (this.mode === "difference" ? "Δ " : "") + some[0].column.words,
+                        ...some.map(one => make("span", {title: one.run.name}, swatch(one), one.value))));
+  }
+
   drawHead() {
-    const lines = this.lines(), unit = lines[0]?.column.unit ?? "", several = this.page.runs.length > 1;
-    this.values = [];
-    const legend = make("ul", {class: "legend"}, ...lines.map(line => {
-      const value = make("b");
-      this.values.push({...line, value});
-      return make("li", {}, swatch(line.colour, line.dash, line.width), this.words(line), value);
-    }));
-    const button = (text, label, pressed, act) => {
-      const made = make("button", {type: "button", title: label, "aria-label": label, onclick: act}, text);
-      if (pressed !== null) made.setAttribute("aria-pressed", pressed);
-      return made;
-    };
+    const lines = this.lines(), unit = lines[0]?.column.unit ?? "";
     const toggle = part => () => {
       part.hidden = !part.hidden;
       this.redraw();
     };
-    const buttons = make("div", {class: "choice", role: "group", "aria-label": "chart"});
-    if (several && !this.over)
-      buttons.append(button("Δ", "differences from the first run", this.mode === "difference", () => {
-        this.mode = this.mode === "difference" ? "values" : "difference";
-        this.limits = null;
-        this.changed();
-      }));
-    buttons.append(
-      button("box", "zoom to a box: drag over the chart", this.boxing, () => this.setBoxing(!this.boxing)),
-      button("fit", "fit: all values, whole run", null, () => this.fit()),
-      button("columns", "choose columns", !this.picker.box.hidden, toggle(this.picker.box)),
-      button("⋯", "axes and saving", !this.menu.hidden, toggle(this.menu)),
-      button("×", "remove this chart", null, () => {
+    const buttons = [
+      this.page.runs.length > 1 && !this.over && button("Δ", "differences from the first run", () =>
+        this.changed({mode: this.mode === "difference" ? "values" : "difference", limits: null}), this.mode === "difference"),
+      button("box", "zoom to a box: drag over the chart", () => this.setBoxing(!this.boxing), this.boxing),
+      button("fit", "fit: all values, whole run", () => this.fit()),
+      button("columns", "choose columns", toggle(this.picker.box), !this.picker.box.hidden),
+      button("⋯", "axes and saving", toggle(this.menu), !this.menu.hidden),
+      button("×", "remove this chart", () => {
         this.page.removeChart(this);
         this.page.write();
-      }));
-    drawAgain(this.head, () => this.head.replaceChildren(legend, buttons));
+      })].filter(Boolean);
+    drawAgain(this.head, () => this.head.replaceChildren(make("ul", {class: "legend"}, ...this.legend(lines)),
+      make("div", {class: "choice", role: "group", "aria-label": "chart"}, ...buttons)));
     this.picker.draw(unit);
     this.drawMenu();
     const what = lines.map(({column}) => column.words).join(", ");
     this.card.setAttribute("aria-label", `chart: ${what}`);
     const kind = this.mode === "difference" ? "differences of " : "", over = this.page.column(this.over)?.words ?? "time [s]";
     this.canvas.setAttribute("aria-label", `${kind}${what} [${unit}] over ${over}`);
-    this.drawDots(lines);
+    this.dots.replaceChildren(...(this.over ? lines : []).map(({colour}) => {
+      const dot = make("i", {class: "dot", hidden: true});
+      dot.style.backgroundColor = colour;
+      return dot;
+    }));
   }
 
   drawMenu() {
     if (this.menu.hidden) return;
-    const button = (text, label, act) => make("button", {type: "button", title: label, "aria-label": label, onclick: act}, text);
-    const across = make("select", {"aria-label": "horizontal axis"}, make("option", {value: ""}, "time"),
-      ...this.page.chartColumns().map(({name, words}) => make("option", {value: name}, words)));
+    const across = select("horizontal axis", [["", "time"], ...this.page.chartColumns().map(({name, words}) => [name, words])]);
     across.value = this.over;
-    across.onchange = () => {
-      Object.assign(this, {over: across.value, mode: "values", limits: null, acrossLimits: null});
-      this.changed();
-    };
-    const log = make("input", {type: "checkbox", checked: this.log, "data-key": "log"});
-    log.onchange = () => this.setLog(log.checked);
+    across.onchange = () => this.changed({over: across.value, mode: "values", limits: null, acrossLimits: null});
+    const log = make("input", {type: "checkbox", checked: this.log, "data-key": "log", onchange: () => this.setLog(log.checked)});
     drawAgain(this.menu, () => this.menu.replaceChildren(
       make("label", {}, "over ", across), make("label", {}, log, "logarithmic values"),
       make("span", {class: "choice", role: "group", "aria-label": "zoom of the values"},
@@ -89,13 +83,13 @@ class Panel extends Chart {
 
   fileName() { return [...this.page.runs.map(run => run.name), ...this.names].join("_").slice(0, 100); }
 
-  setLog(on) {
-    Object.assign(this, {log: on, limits: null});
-    this.changed();
-  }
+  setLog(log) { this.changed({log, limits: null}); }
+
+  show(names) { this.changed({names, limits: null}); }
 
   // The chart is another one now: draw it, and tell the address.
-  changed() {
+  changed(state = {}) {
+    Object.assign(this, state);
     this.redraw();
     this.page.write();
   }
@@ -108,69 +102,62 @@ class Panel extends Chart {
     this.page.placeCursors();
   }
 
+  // What is known of a line at a time, in the unit of the axis: {reading, column}; in a chart of differences, the difference.
+  reading({run, column: known}, t) {
+    const [first] = this.page.runs, column = this.asOnAxis(known), {name} = column;
+    return {column, reading: this.mode === "difference" ? {x: run.at(name, t) - first.at(name, t)} : run.reading(name, t)};
+  }
+
+  valueWords(line, t) {
+    const {reading, column} = this.reading(line, t);
+    return [readingWords(reading, column, false, 6), column.unit];
+  }
+
   fillLegend() {
-    const {t, runs: [first], mark} = this.page;
-    for (const {run, column: known, value} of this.values) {
-      const column = this.asOnAxis(known);
-      const at = time => this.mode === "difference"
-        ? {x: run.at(column.name, time) - first.at(column.name, time)} : run.reading(column.name, time);
-      const here = at(t), before = mark === null ? null : at(mark);
-      const since = before && Number.isFinite(here.x) && Number.isFinite(before.x)
-        ? ` (${here.x >= before.x ? "+" : ""}${shortWords(column.scale * (here.x - before.x), 5)})` : "";
-      value.textContent = `${readingWords(here, column, false, 6)}${since} ${column.unit}`;
+    const {t, mark} = this.page;
+    for (const line of this.values) {
+      const {reading: {x}, column} = this.reading(line, t), [words, unit] = this.valueWords(line, t);
+      const d = mark === null ? NaN : x - this.reading(line, mark).reading.x;
+      const since = Number.isFinite(d) ? ` (${d >= 0 ? "+" : ""}${shortWords(column.scale * d, 5)})` : "";
+      line.value.textContent = `${words}${since} ${unit}`;
     }
   }
 
   // Cursors, or where the runs are on their curves.
   placeCursor() {
-    const [start, end] = this.page.window, {t, mark} = this.page;
+    const {t, mark, window: [start, end]} = this.page;
     for (const [cursor, time] of [[this.cursor, t], [this.second, mark]]) {
       cursor.hidden = Boolean(this.over) || time === null || time < start || time > end;
-      if (!cursor.hidden) cursor.style.transform = `translateX(${this.x(time) - 0.75}px)`;
+      if (!cursor.hidden) move(cursor, this.x(time) - 0.75, 0);
     }
-    if (!this.over) return;
     (this.curves ?? []).forEach((curve, k) => {
       const dot = this.dots.children[k], place = this.pointAt(curve, t);
       if (!dot) return;
       dot.hidden = !place;
-      if (place) dot.style.transform = `translate(${place[0]}px, ${place[1]}px)`;
+      if (place) move(dot, ...place);
     });
   }
 
-  drawDots(lines) {
-    this.dots.replaceChildren(...(this.over ? lines : []).map(({colour}) => {
-      const dot = make("i", {class: "dot", hidden: true});
-      dot.style.backgroundColor = colour;
-      return dot;
-    }));
+  // Limits, of the values or of both axes, that the reader chose.
+  setLimits(limits) {
+    Object.assign(this, limits);
+    this.draw();
+    this.page.placeCursors();
+    this.page.write();
   }
-
-  // Values -------------------------------------------------------------------------------------
 
   zoomValues(factor, y = (this.box.top + this.box.bottom) / 2) {
     const {low, high, log} = this.scale, about = this.scale.value(y);
-    if (log) this.limits = [low, high].map(v => about * (v / about) ** factor);
-    else this.limits = [low, high].map(v => about + factor * (v - about));
-    if (!(this.limits[1] - this.limits[0] > 1e-12 * Math.abs(about))) this.limits = [low, high];
-    this.draw();
-    this.page.placeCursors();
-    this.page.write();
+    const limits = [low, high].map(v => log ? about * (v / about) ** factor : about + factor * (v - about));
+    this.setLimits({limits: limits[1] - limits[0] > 1e-12 * Math.abs(about) ? limits : [low, high]});
   }
 
-  panValues(dy) {
-    const {box, scale} = this;
-    this.limits = [box.bottom - dy, box.top - dy].map(y => scale.value(y));
-    this.draw();
-    this.page.write();
-  }
+  panValues(dy) { this.setLimits({limits: [this.box.bottom, this.box.top].map(y => this.scale.value(y - dy))}); }
 
   // All values and the whole run.
   fit() {
-    Object.assign(this, {limits: null, acrossLimits: null});
     if (!this.over) this.page.wholeRun();
-    this.draw();
-    this.page.placeCursors();
-    this.page.write();
+    this.setLimits({limits: null, acrossLimits: null});
   }
 
   setBoxing(on) {
@@ -181,21 +168,13 @@ class Panel extends Chart {
 
   // Zoom to a box of pixels, in time and in values; over another column, in both columns.
   zoomBox(x1, y1, x2, y2) {
-    const {box, scale} = this, clampX = x => Math.min(Math.max(x, box.left), box.right);
-    const [a, b] = [clampX(Math.min(x1, x2)), clampX(Math.max(x1, x2))];
-    const [top, bottom] = [y1, y2].map(y => Math.min(Math.max(y, box.top), box.bottom)).sort((p, q) => p - q);
+    const {box, scale} = this, clamp = (v, low, high) => Math.min(Math.max(v, low), high), sorted = (p, q) => p - q;
+    const [a, b] = [x1, x2].map(x => clamp(x, box.left, box.right)).sort(sorted);
+    const [top, bottom] = [y1, y2].map(y => clamp(y, box.top, box.bottom)).sort(sorted);
     if (b - a < 5 || bottom - top < 5) return;
-    this.limits = [scale.value(bottom), scale.value(top)];
-    if (this.over) {
-      const [low, high] = this.across, at = x => low + (high - low) * (x - box.left) / (box.right - box.left);
-      this.acrossLimits = [at(a), at(b)];
-      this.draw();
-    } else {
-      const [start, end] = [this.time(a), this.time(b)];
-      this.page.setWindow(start, end - start);
-    }
-    this.page.placeCursors();
-    this.page.write();
+    const limits = [scale.value(bottom), scale.value(top)], ends = [this.place(a), this.place(b)];
+    if (!this.over) this.page.setWindow(ends[0], ends[1] - ends[0]);
+    this.setLimits({limits, acrossLimits: this.over ? ends : null});
   }
 
   // A drag moves the time; from the values' axis it moves the values; with ctrl, or with the button, it draws a box. The
@@ -224,13 +203,10 @@ class Panel extends Chart {
       },
       release: end,
       zoom: (factor, x, y, event) => {
-        if (from) {
-          from = null;
-          this.frame.hidden = true;
-        }
+        end(true);
         if (x < this.box.left || event.altKey || this.over) return this.zoomValues(1 / factor, y);
         const {start, end: last} = this.page;
-        this.page.zoomTime(1 / factor, Math.min(Math.max(this.time(x), start), last));
+        this.page.zoomTime(1 / factor, Math.min(Math.max(this.place(x), start), last));
       },
     });
     this.canvas.addEventListener("dblclick", () => this.fit());
@@ -238,17 +214,23 @@ class Panel extends Chart {
 
   drawFrame([x0, y0], x, y) {
     this.frame.hidden = false;
-    const {style} = this.frame;
-    style.transform = `translate(${Math.min(x0, x)}px, ${Math.min(y0, y)}px)`;
-    style.width = `${Math.abs(x - x0)}px`;
-    style.height = `${Math.abs(y - y0)}px`;
+    move(this.frame, Math.min(x0, x), Math.min(y0, y));
+    Object.assign(this.frame.style, {width: `${Math.abs(x - x0)}px`, height: `${Math.abs(y - y0)}px`});
   }
 
   scrub(x, y) {
     const [start, end] = this.page.window;
     this.page.pause();
-    if (!this.over) return this.page.goToRow(Math.min(Math.max(this.time(x), start), end));
+    if (!this.over) return this.page.goToRow(Math.min(Math.max(this.place(x), start), end));
     const near = this.nearest(x, y);
-    if (near) this.page.go(near.curve.t[near.i]);
+    if (near) this.page.go(near.curve.times[near.i]);
   }
 }
+
+// A button with a label; `pressed` where it can be.
+function button(text, label, onclick, pressed) {
+  const state = pressed === undefined ? {} : {"aria-pressed": String(pressed)};
+  return make("button", {type: "button", title: label, "aria-label": label, onclick, ...state}, text);
+}
+
+function move(element, x, y) { element.style.transform = `translate(${x}px, ${y}px)`; }

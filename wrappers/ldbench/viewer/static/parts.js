@@ -4,13 +4,35 @@ const get = id => document.getElementById(id);
 
 // Make an element with attributes, properties for `on...` and text or elements inside.
 function make(tag, attributes = {}, ...inside) {
-  const element = document.createElement(tag);
+  const element = setAll(document.createElement(tag), attributes);
+  element.append(...inside);
+  return element;
+}
+
+function setAll(element, attributes) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith("on") || typeof value === "boolean") element[name] = value;
     else element.setAttribute(name, value);
   }
-  element.append(...inside);
   return element;
+}
+
+// Give a canvas as many pixels as its place on the screen has: {g, w, h}, a context in CSS pixels and the size in these.
+function prepare(canvas, w = canvas.clientWidth, h = canvas.clientHeight) {
+  const ratio = Math.min(window.devicePixelRatio || 1, 2), g = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [Math.round(w * ratio), Math.round(h * ratio)];
+  g.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return {g, w, h};
+}
+
+// Draw straight lines: [x1, y1, x2, y2].
+function strokes(g, ...lines) {
+  g.beginPath();
+  for (const [x1, y1, x2, y2] of lines) {
+    g.moveTo(x1, y1);
+    g.lineTo(x2, y2);
+  }
+  g.stroke();
 }
 
 // Draw the inside of an element anew; what had the focus keeps it, and what was scrolled stays there.
@@ -26,18 +48,9 @@ const DASHES = [[], [7, 3], [8, 3, 2, 3], [2, 2]];
 const FLANGE_DASHES = {L: [6, 2], R: [2, 2]};
 const NEUTRAL = [0, 2, 3, 4, 7];        // series for columns that belong to no side
 
-// Read the colours that the style sheet has now. Left is blue and right is orange.
+// The colours that the style sheet has now. Left is blue and right is orange.
 class Colours {
-  constructor() {
-    this.dashes = DASHES;
-    this.known = new Map();
-  }
-
-  of(name) {
-    if (!this.known.has(name))
-      this.known.set(name, getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim());
-    return this.known.get(name);
-  }
+  of(name) { return getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim(); }
 
   // The look of a column that belongs to a side, by the end of its name: N_LF, PE_elastic_L; null for others.
   ofColumn(name) {
@@ -54,23 +67,24 @@ class Colours {
 }
 
 // A stretch of a line as charts draw it.
-function swatch(colour, dash, width = 1.6) {
+function swatch({colour, dash, width}) {
   const ns = "http://www.w3.org/2000/svg", picture = document.createElementNS(ns, "svg");
   const stroke = document.createElementNS(ns, "path");
-  const put = (element, facts) => Object.entries(facts).forEach(([name, value]) => element.setAttribute(name, value));
-  put(picture, {class: "swatch", viewBox: "0 0 26 8", "aria-hidden": "true"});
-  put(stroke, {d: "M0 4h26", stroke: colour, "stroke-width": width + 0.6, "stroke-dasharray": dash.join(" ")});
+  setAll(picture, {class: "swatch", viewBox: "0 0 26 8", "aria-hidden": "true"});
+  setAll(stroke, {d: "M0 4h26", stroke: colour, "stroke-width": width + 0.6, "stroke-dasharray": dash.join(" ")});
   picture.append(stroke);
   return picture;
 }
 
 function timeWords(t) { return t.toFixed(6); }
 
+// The text of a number with a true minus.
+function minus(text) { return text.replace("e+", "e").replaceAll("-", "−"); }
+
 function shortWords(x, digits = 7) {
   if (Number.isNaN(x)) return "–";
   const far = x !== 0 && (Math.abs(x) < 1e-4 || Math.abs(x) >= 1e7);
-  const text = far ? x.toExponential(Math.min(digits - 1, 4)) : String(+x.toPrecision(digits));
-  return text.replaceAll("-", "−");
+  return minus(far ? x.toExponential(Math.min(digits - 1, 4)) : String(+x.toPrecision(digits)));
 }
 
 // Write a number as a column file does: 1.23456789E-03.

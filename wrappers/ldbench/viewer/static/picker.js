@@ -3,8 +3,8 @@
 class Picker {
   constructor(panel) {
     this.panel = panel;
-    this.search = make("input", {type: "search", placeholder: "search columns", "aria-label": "search columns"});
-    this.search.oninput = () => this.filter();
+    this.search = make("input", {type: "search", placeholder: "search columns", "aria-label": "search columns",
+                                 oninput: () => this.filter()});
     this.list = make("div", {class: "columns"});
     this.scroll = make("div", {class: "scroll"}, this.list);
     this.maker = make("div", {class: "maker"});
@@ -19,13 +19,9 @@ class Picker {
     drawAgain(this.scroll, () => this.list.replaceChildren(...[...page.facts.groups, DERIVED_GROUP].map(group => {
       const some = [...columns, ...made].filter(column => column.group === group);
       return some.length ? make("fieldset", {}, make("legend", {}, group), ...some.map(column => {
-        const box = make("input", {type: "checkbox", checked: panel.names.includes(column.name), "data-key": column.name});
-        box.onchange = () => {
-          if (!box.checked) panel.names = panel.names.filter(name => name !== column.name);
-          else panel.names = column.unit === unit ? [...panel.names, column.name] : [column.name];
-          panel.limits = null;
-          panel.changed();
-        };
+        const box = make("input", {type: "checkbox", checked: panel.names.includes(column.name), "data-key": column.name,
+                                   onchange: () => panel.show(!box.checked ? panel.names.filter(name => name !== column.name)
+                                     : column.unit === unit ? [...panel.names, column.name] : [column.name])});
         return make("label", {"data-words": `${column.words} ${column.name} ${group}`.toLowerCase()}, box,
                     column.unit ? `${column.words} [${column.unit}]` : column.words);
       })) : "";
@@ -43,20 +39,19 @@ class Picker {
 
   // Two columns and a sign make a third one.
   drawMaker(columns) {
-    const choose = label => make("select", {"aria-label": label}, ...columns.map(({name, words}) =>
-      make("option", {value: name}, words)));
-    const a = choose("first column"), b = choose("second column");
-    const sign = make("select", {"aria-label": "sign"}, ...Object.entries(SIGNS).map(([value, words]) =>
-      make("option", {value}, words)));
+    const names = columns.map(({name, words}) => [name, words]);
+    const a = select("first column", names), b = select("second column", names), sign = select("sign", Object.entries(SIGNS));
     const said = make("span", {role: "status"});
     const add = make("button", {type: "button", onclick: () => {
       const name = a.value + sign.value + b.value;
-      if (!this.panel.page.column(name)) said.textContent = "a sum and a difference need two columns of one unit";
-      else {
-        Object.assign(this.panel, {names: [name], limits: null});
-        this.panel.changed();
-      }
+      if (this.panel.page.column(name)) this.panel.show([name]);
+      else said.textContent = "a sum and a difference need two columns of one unit";
     }}, "show");
     this.maker.replaceChildren("made of two:", a, sign, b, add, said);
   }
+}
+
+// A menu of values and their words.
+function select(label, choices) {
+  return make("select", {"aria-label": label}, ...choices.map(([value, words]) => make("option", {value}, words)));
 }

@@ -1,11 +1,11 @@
-// Playing: a speed, one loop of frames, and a stretch that is played again and again on request.
+// Time: playing at a speed, a stretch that is played again and again on request, and the run behind the slider.
 
 const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
 
 class Player {
   constructor(page) {
-    Object.assign(this, {page, playing: false, looping: false, turn: 0, chosen: false});
-    get("speed").append(...SPEEDS.map(speed => make("option", {value: String(speed)}, `1:${Math.round(1 / speed)}`)));
+    Object.assign(this, {page, playing: false, looping: false, chosen: false});
+    get("speed").append(...SPEEDS.map(speed => make("option", {value: speed}, `1:${Math.round(1 / speed)}`)));
     get("speed").onchange = () => { this.chosen = true; };
   }
 
@@ -29,14 +29,12 @@ class Player {
 
   play() {
     if (this.playing) return;
-    const {page} = this, turn = ++this.turn, [first, last] = this.span();
+    const {page} = this, [first, last] = this.span();
     if (page.t >= last || page.t < first) page.go(first, false);
-    this.playing = true;
-    this.draw();
+    this.set(true);
     let before = performance.now();
     const frame = now => {
-      // A loop that was stopped stays stopped, even if another one has begun since.
-      if (turn !== this.turn || !this.playing) return;
+      if (!this.playing) return;
       const [start, end] = this.span();
       let t = page.t + Math.max(now - before, 0) / 1e3 * this.speed;
       before = now;
@@ -47,9 +45,9 @@ class Player {
       }
       if (t >= end) t = start + (t - end) % (end - start || 1);
       page.go(t, false);
-      requestAnimationFrame(frame);
+      this.next = requestAnimationFrame(frame);
     };
-    requestAnimationFrame(frame);
+    this.next = requestAnimationFrame(frame);
   }
 
   // What is played: the window if it is looped, else the whole run.
@@ -57,8 +55,8 @@ class Player {
 
   pause() {
     if (!this.playing) return;
-    this.playing = false;
-    this.draw();
+    cancelAnimationFrame(this.next);
+    this.set(false);
     this.page.go(this.page.t);
   }
 
@@ -69,8 +67,38 @@ class Player {
     get("loop").setAttribute("aria-pressed", on);
   }
 
-  draw() {
-    get("play-shape").setAttribute("d", this.playing ? "M3 2h4v12H3zM9 2h4v12H9z" : "M4 2l10 6-10 6z");
-    get("play").setAttribute("aria-label", this.playing ? "pause" : "play");
+  set(playing) {
+    this.playing = playing;
+    get("play-shape").setAttribute("d", playing ? "M3 2h4v12H3zM9 2h4v12H9z" : "M4 2l10 6-10 6z");
+    get("play").setAttribute("aria-label", playing ? "pause" : "play");
   }
+}
+
+// The whole run behind the slider: the first run's displacement, the window, and the events.
+function drawOverview(page) {
+  const {g, w, h} = prepare(get("overview"));
+  const x = t => 7 + (w - 14) * (t - page.start) / (page.end - page.start || 1);
+  g.fillStyle = page.colour.of("back");
+  g.fillRect(0, 4, w, h - 8);
+  g.fillStyle = page.colour.of("faint");
+  g.fillRect(x(page.window[0]), 4, Math.max(x(page.window[1]) - x(page.window[0]), 2), h - 8);
+  const run = page.runs[0], name = run.has("Y") ? "Y" : run.columns[0]?.name;
+  if (name) {
+    const found = thinned(asBins(...run.series(name)), w / 4);
+    const low = Math.min(...found.low.filter(Number.isFinite)), high = Math.max(...found.high.filter(Number.isFinite));
+    g.strokeStyle = page.colour.of("muted");
+    g.beginPath();
+    found.from.forEach((t, k) => {
+      for (const v of [found.low[k], found.high[k]])
+        if (Number.isFinite(v)) g.lineTo(x(t), h - 8 - (h - 16) * (v - low) / (high - low || 1));
+    });
+    g.stroke();
+  }
+  for (const event of page.events.listed) {
+    g.fillStyle = page.colour.of(event.peak ? "accent" : "ink");
+    g.fillRect(x(event.t) - 0.75, event.peak ? 0 : h - 9, 1.5, 9);
+  }
+  if (page.mark === null) return;
+  g.fillStyle = page.colour.of("second");
+  g.fillRect(x(page.mark) - 1, 0, 2, h);
 }

@@ -3,52 +3,45 @@
 
 const FOOT = 0.09;              // height of the rail that is drawn below its profile
 const ARROW = 105;              // length of the largest force [px]
+const NARROWEST = 4e-5, WIDEST = 6;     // part of the track
 const LOG_FROM = 1e3;           // smaller forces are drawn as points on the logarithmic scale [N]
 
 class Scene {
   constructor(canvas, colour) {
     this.canvas = canvas;
     this.colour = colour;
-    this.context = canvas.getContext("2d");
-    this.settings = {displacement: 1, roll: 1, gap: 1, logarithmic: false, normals: true, follow: false};
+    this.readSettings();
     this.show("whole", viewOf("whole", null));
   }
 
-  // Show a part of the track in a view of this name.
+  // What the controls beside the scene say.
+  readSettings() {
+    const factor = what => Number(get("exaggerate-" + what).value) || 1, on = id => get(id).checked;
+    this.settings = {displacement: factor("displacement"), roll: factor("roll"), gap: factor("gap"), logarithmic: on("arrows"),
+                     normals: on("normals"), follow: on("follow")};
+  }
+
+  // Show a part of the track, {y, z, width, height}, in a view of this name.
   show(view, part) {
     this.view = view;
-    this.camera = {...part, zoom: 1};
+    this.camera = {...part};
     this.aside = [0, 0];        // of the camera from the contact that it follows
     this.moved = false;         // whether it is no longer the view of this name
   }
 
-  // Show a part of the track: its centre, width and height [m].
-  set([y, z, width, height]) {
-    this.camera = {y, z, width, height, zoom: 1};
-    this.moved = true;
-  }
+  resize() { Object.assign(this, prepare(this.canvas)); }
 
-  resize() {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const {clientWidth: w, clientHeight: h} = this.canvas;
-    this.canvas.width = Math.round(w * ratio);
-    this.canvas.height = Math.round(h * ratio);
-    Object.assign(this, {w, h, ratio});
-  }
-
-  get scale() {                 // [px/m]
-    const {width, height, zoom} = this.camera;
-    return zoom * Math.min(this.w / width, this.h / height);
-  }
+  // [px/m]
+  get scale() { return Math.min(this.w / this.camera.width, this.h / this.camera.height); }
 
   px(y, z) {
     return [this.w / 2 - (y - this.camera.y) * this.scale, this.h / 2 - (z - this.camera.z) * this.scale];
   }
 
   zoom(factor, x = this.w / 2, y = this.h / 2) {
-    const {camera} = this, before = this.scale;
+    const {camera} = this, before = this.scale, width = Math.min(Math.max(camera.width / factor, NARROWEST), WIDEST);
     this.moved = true;
-    camera.zoom = Math.min(Math.max(camera.zoom * factor, 0.3), 5000);
+    Object.assign(camera, {width, height: camera.height * width / camera.width});
     const change = 1 / before - 1 / this.scale;
     if (this.settings.follow) this.aside = this.aside.map(d => d * before / this.scale);
     else this.move((this.w / 2 - x) * change, (this.h / 2 - y) * change);
@@ -96,62 +89,57 @@ class Scene {
   }
 
   draw(runs, shapes, at, smoothly = false) {
-    const {context: g, ratio} = this;
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const {g} = this;
+    this.readSettings();
     g.clearRect(0, 0, this.w, this.h);
     g.lineJoin = "round";
     g.font = "12px system-ui, sans-serif";
     const first = runs[0];
     if (!first) return;
     this.labels = new Labels(g, this.colour, this.w, this.h);
-    const poses = new Map(runs.map(run => [run, this.poseOf(run, shapes[run.shape], at)]));
+    const poses = runs.map(run => this.poseOf(run, shapes[run.shape], at));
     if (this.settings.follow) this.followContact(first, shapes[first.shape], at, smoothly);
     this.drawGrid();
-    if (first.shape === null) this.words("no outlines of wheel and rail: " + first.notes.join("; "), 12, 24);
+    if (first.shape === null) this.labels.words("no outlines of wheel and rail: " + first.notes.join("; "), 12, 24);
     else this.drawRails(shapes[first.shape]);
     runs.slice(1).forEach(run => {
       if (run.shape !== null && run.shape !== first.shape) this.drawRails(shapes[run.shape], this.colour.run(run));
     });
-    runs.forEach(run => {
-      if (run.shape !== null) this.drawWheelset(shapes[run.shape], run, poses.get(run), run === first);
+    runs.forEach((run, k) => {
+      if (run.shape !== null) this.drawWheelset(shapes[run.shape], run, poses[k], !k);
     });
     const largest = Math.max(...runs.map(run => run.largest), 1);
-    const words = [...runs].reverse().flatMap(run =>
-      this.drawContacts(run, poses.get(run), at, largest, run === first, runs.length > 1));
+    let words = [];
+    for (let k = runs.length - 1; k >= 0; k--) words = this.drawContacts(runs[k], poses[k], at, largest, !k);
     this.drawScales(largest);
     this.drawBadge();
     for (const [text, x, y, up] of words) this.labels.write(text, x, y, this.colour.of("ink"), up);
-    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses.get(first));
+    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses[0]);
   }
 
-  path(points, close) {
-    const {context: g} = this;
+  path(points) {
+    const {g} = this;
     g.beginPath();
     for (const [y, z] of points) g.lineTo(...this.px(y, z));
-    if (close) g.closePath();
+    g.closePath();
   }
 
   // Draw the top of the rails and the centreline.
   drawGrid() {
-    const {context: g} = this, [centre, zero] = this.px(0, 0);
+    const {g} = this, [centre, zero] = this.px(0, 0);
     g.strokeStyle = this.colour.of("faint");
     g.lineWidth = 1;
     g.setLineDash([2, 4]);
-    g.beginPath();
-    g.moveTo(0, zero);
-    g.lineTo(this.w, zero);
-    g.moveTo(centre, 0);
-    g.lineTo(centre, this.h);
-    g.stroke();
+    strokes(g, [0, zero, this.w, zero], [centre, 0, centre, this.h]);
     g.setLineDash([]);
   }
 
   drawRails(shape, outline = "") {
-    const {context: g} = this;
+    const {g} = this;
     for (const [{rail}, side] of sidesOf(shape)) {
       const head = rail.map(([y, z]) => [side * y, z]);
       const a = head[0], b = head.at(-1), low = Math.min(a[1], b[1]) - FOOT;
-      this.path([...head, [b[0], low], [a[0], low]], true);
+      this.path([...head, [b[0], low], [a[0], low]]);
       g.strokeStyle = outline || this.colour.of("ink");
       g.lineWidth = 1.2;
       if (!outline) {
@@ -163,7 +151,7 @@ class Scene {
   }
 
   drawWheelset(shape, run, pose, filled) {
-    const {context: g} = this, a = -shape.right.half, b = shape.left.half;
+    const {g} = this, a = -shape.right.half, b = shape.left.half;
     const bodies = sidesOf(shape).map(([{wheel}, side]) =>
       [...wheel, ...[...wheel].reverse().map(([u, v]) => [u, -v])].map(([u, v]) => [side * u, v]));
     bodies.unshift([[a, -0.08], [b, -0.08], [b, 0.08], [a, 0.08]]);
@@ -172,18 +160,13 @@ class Scene {
     g.fillStyle = this.colour.of("wheel");
     if (!filled) g.setLineDash(this.colour.dash(run));
     for (const body of bodies) {
-      this.path(body.map(point => this.placed(run, pose, point)), true);
+      this.path(body.map(point => this.placed(run, pose, point)));
       if (filled) g.fill();
       g.stroke();
     }
     g.setLineDash([]);
     const [x, y] = this.px(...this.placed(run, pose, [0, 0]));
-    g.beginPath();
-    g.moveTo(x - 6, y);
-    g.lineTo(x + 6, y);
-    g.moveTo(x, y - 6);
-    g.lineTo(x, y + 6);
-    g.stroke();
+    strokes(g, [x - 6, y, x + 6, y], [x, y - 6, x, y + 6]);
   }
 
   // Draw the least horizontal gap between flange and rail; the number is that of the true position.
@@ -199,23 +182,15 @@ class Scene {
   }
 
   drawGaps(shape, run, pose) {
-    const {context: g} = this;
+    const {g} = this;
     for (const [outline, side] of sidesOf(shape)) {
       const found = this.gap(outline, run, pose, side);
       if (!found || found.gap < -2e-3) continue;
-      const [, z] = this.placed(run, pose, found.point);
-      const [x1, y] = this.px(this.placed(run, pose, found.point)[0], z), [x2] = this.px(side * found.rail, z);
+      const place = this.placed(run, pose, found.point), [x1, y] = this.px(...place), [x2] = this.px(side * found.rail, place[1]);
       if (x1 < -50 || x1 > this.w + 50) continue;
       g.strokeStyle = g.fillStyle = this.colour.of("muted");
       g.lineWidth = 1;
-      g.beginPath();
-      g.moveTo(x1, y);
-      g.lineTo(x2, y);
-      for (const x of [x1, x2]) {
-        g.moveTo(x, y - 4);
-        g.lineTo(x, y + 4);
-      }
-      g.stroke();
+      strokes(g, [x1, y, x2, y], [x1, y - 4, x1, y + 4], [x2, y - 4, x2, y + 4]);
       const text = `${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`;
       this.labels.write(text, (x1 + x2) / 2, y + 18, this.colour.of("muted"));
     }
@@ -227,8 +202,8 @@ class Scene {
   }
 
   // Draw the closed contacts of a run; returns what is to be written beside them.
-  drawContacts(run, pose, at, largest, first, several) {
-    const {context: g} = this, found = [];
+  drawContacts(run, pose, at, largest, first) {
+    const {g} = this, found = [];
     for (const c of CONTACTS) {
       const contact = run.contact(c, at);
       if (!contact || !Number.isFinite(contact.u + contact.v + contact.angle)) continue;
@@ -241,10 +216,7 @@ class Scene {
       if (this.settings.normals) {
         g.lineWidth = 1;
         g.setLineDash([5, 4]);
-        g.beginPath();
-        g.moveTo(x - 40 * nx, y - 40 * ny);
-        g.lineTo(x + 130 * nx, y + 130 * ny);
-        g.stroke();
+        strokes(g, [x - 40 * nx, y - 40 * ny, x + 130 * nx, y + 130 * ny]);
         g.setLineDash([]);
       }
       // A rail that pulls has its arrow turned round.
@@ -256,36 +228,30 @@ class Scene {
       g.strokeStyle = this.colour.of("paper");
       g.lineWidth = 1;
       g.stroke();
-      this.labels.keepPoint(x, y, 8);
       this.labels.keepArrow(x, y, ax, ay, length);
       const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
-      if (inside && (first || !several))
+      if (inside && first)
         found.push([`${c} ${kilonewtons(contact.N)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
     }
     return found;
   }
 
   arrow(x, y, nx, ny, length, width) {
-    const {context: g} = this, head = Math.min(9, length);
+    const {g} = this, head = Math.min(9, length);
     if (length < 1) return;
-    const tip = [x + length * nx, y + length * ny], base = [tip[0] - head * nx, tip[1] - head * ny];
+    const tip = [x + length * nx, y + length * ny], [bx, by] = [tip[0] - head * nx, tip[1] - head * ny], half = 0.45 * head;
     g.lineWidth = width;
-    g.beginPath();
-    g.moveTo(x, y);
-    g.lineTo(...base);
-    g.stroke();
+    strokes(g, [x, y, bx, by]);
     g.beginPath();
     g.moveTo(...tip);
-    g.lineTo(base[0] - 0.45 * head * ny, base[1] + 0.45 * head * nx);
-    g.lineTo(base[0] + 0.45 * head * ny, base[1] - 0.45 * head * nx);
+    g.lineTo(bx - half * ny, by + half * nx);
+    g.lineTo(bx + half * ny, by - half * nx);
     g.fill();
   }
 
-  words(...all) { this.labels.words(...all); }
-
   // Say in the picture what is drawn larger than it is.
   drawBadge() {
-    const {displacement, roll, gap} = this.settings, {context: g} = this;
+    const {displacement, roll, gap} = this.settings, {g} = this;
     const found = [displacement !== 1 && `displacement × ${displacement}`, roll !== 1 && `roll × ${roll}`,
                    gap !== 1 && `small gaps × ${gap}`].filter(Boolean);
     this.badge = found.length ? `not to scale: ${found.join(", ")}` : "";
@@ -301,29 +267,27 @@ class Scene {
 
   // Draw the names of the sides and the scales of length and force.
   drawScales(largest) {
-    const {context: g} = this, y = this.h - 12;
-    this.words("← left, Y", 12, 18);
-    this.words("right →", this.w - 12, 18, "right");
+    const {g} = this, y = this.h - 12;
+    const {labels} = this;
+    labels.words("← left, Y", 12, 18);
+    labels.words("right →", this.w - 12, 18, "right");
     g.strokeStyle = this.colour.of("muted");
     g.lineWidth = 2;
     const length = roundBelow(90 / this.scale), bar = length * this.scale;
-    g.beginPath();
-    g.moveTo(12, y);
-    g.lineTo(12 + bar, y);
-    g.stroke();
+    strokes(g, [12, y, 12 + bar, y]);
     const size = length >= 1e-3 ? `${+(1e3 * length).toPrecision(1)} mm` : `${+(1e6 * length).toPrecision(1)} µm`;
-    this.words(size, 12, y - 6);
-    const forces = this.settings.logarithmic ? decades(largest) : [roundBelow(0.8 * largest)];
-    const right = this.w - 12 - ARROW;
+    labels.words(size, 12, y - 6);
+    const {logarithmic} = this.settings, right = this.w - 12 - ARROW;
+    const decades = [1e3, 1e4, 1e5, 1e6, 1e7].filter(N => N >= LOG_FROM && N <= largest);
+    const forces = logarithmic ? decades : [roundBelow(0.8 * largest)], several = forces.length > 1;
     g.fillStyle = g.strokeStyle = this.colour.of("muted");
     this.arrow(right, y, 1, 0, this.arrowLength(forces.at(-1), largest), 2);
     g.font = "11px system-ui, sans-serif";
     for (const N of forces) {
       const x = right + this.arrowLength(N, largest);
-      this.words(forces.length > 1 ? `${N / 1e3}` : kilonewtons(N), x, y - 8, forces.length > 1 ? "center" : "right");
+      labels.words(several ? `${N / 1e3}` : kilonewtons(N), x, y - 8, several ? "center" : "right");
     }
-    if (forces.length > 1) this.words("kN, logarithmic", right - 6, y + 4, "right");
-    else this.words("force", right - 6, y + 4, "right");
+    labels.words(several ? "kN, logarithmic" : "force", right - 6, y + 4, "right");
     g.font = "12px system-ui, sans-serif";
   }
 }
@@ -332,12 +296,6 @@ class Scene {
 function exaggerated(gap, whole, factor) {
   if (gap <= 0 || !(whole > 0)) return factor * gap;
   return gap < whole ? whole * (1 - (1 - gap / whole) ** factor) : gap;
-}
-
-function decades(largest) {
-  const found = [];
-  for (let N = LOG_FROM; N <= largest; N *= 10) found.push(N);
-  return found;
 }
 
 // The largest of 1, 2 and 5 times powers of ten that is at most x.

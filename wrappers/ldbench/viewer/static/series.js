@@ -31,21 +31,17 @@ const OF_OPEN = /^(?:angle|y|z|radius)_([LR][TF])$/;      // columns without a v
 
 class Run {
   constructor(facts, number, data) {
-    Object.assign(this, facts, data);
-    this.number = number;
-    this.names = new Set(facts.columns.map(column => column.name));
+    Object.assign(this, facts, data, {number, shift: 0});
     this.known = new Map(facts.columns.map(column => [column.name, column]));
-    this.cached = new Map();
     this.inFile = {t: this.t, rowTimes: this.rowTimes};
-    this.shift = 0;
-    if (this.t.length < this.rows) this.rowNumbers = numbersOf(this.t, this.rowTimes);
+    if (this.t.length < this.rows) this.rowNumbers = this.t.map(t => nearestIndex(this.rowTimes, t));
     addDerived(this);
   }
 
   get start() { return this.t[0]; }
   get end() { return this.t[this.t.length - 1]; }
 
-  has(name) { return this.names.has(name); }
+  has(name) { return this.known.has(name); }
 
   // The facts of a column: of the file, derived, or an expression of two columns; undefined if the run has none.
   column(name) { return this.known.get(name) ?? addExpression(this, name); }
@@ -56,7 +52,6 @@ class Run {
     this.shift = shift;
     for (const [name, times] of Object.entries(this.inFile))
       if (times) this[name] = shift ? times.map(t => t + shift) : times;
-    this.cached.clear();
   }
 
   // The kept row that is nearest to a time.
@@ -100,11 +95,8 @@ class Run {
 
   // The displacements of the axle centre; a column that the file lacks is zero.
   pose(at) {
-    const q = name => {
-      const x = this.at(name, Math.min(Math.max(at, this.start), this.end));
-      return Number.isFinite(x) ? x : 0;
-    };
-    return {y: q("Y"), z: q("Z"), roll: q("roll")};
+    const t = Math.min(Math.max(at, this.start), this.end), [y, z, roll] = ["Y", "Z", "roll"].map(name => this.at(name, t) || 0);
+    return {y, z, roll};
   }
 
   // A closed contact: force [N] and point relative to the axle centre, turned back by the roll. Force from the finest
@@ -158,43 +150,25 @@ class Run {
     return null;
   }
 
-  // The least and largest value in bins of 1, 4, 16 ... rows of the finest series: [{from, to, low, high}], with the rows'
-  // first and last times. Of a long run without all rows of this column, the finest are the bins of the file.
-  levels(name) {
-    const known = this.cached.get(name);
-    if (known) return known;
+  // The least and largest values of a column, and the first and last times of the rows that have them: those of each row, or of
+  // bins of rows where a long run keeps no more.
+  finest(name) {
     const band = this.bands[name];
-    let finest;
-    if (band) {
-      const last = this.rows - 1, times = this.rowTimes;
-      finest = {low: band.low, high: band.high,
-                from: Float64Array.from(band.low, (_, k) => times[k * this.bin]),
-                to: Float64Array.from(band.low, (_, k) => times[Math.min((k + 1) * this.bin - 1, last)])};
-    } else {
-      const [t, x] = this.series(name);
-      finest = {low: x, high: x, from: t, to: t};
-    }
-    const found = [finest];
-    while (found.at(-1).low.length > 512) found.push(coarser(found.at(-1), 4));
-    this.cached.set(name, found);
-    return found;
+    if (!band) return asBins(...this.series(name));
+    const times = next => band.low.map((_, k) => this.rowTimes[Math.min(k * this.bin + next, this.rows - 1)]);
+    return {...band, from: times(0), to: times(this.bin - 1)};
   }
 }
 
-// The numbers of the kept rows among all rows.
-function numbersOf(t, rowTimes) {
-  const found = new Int32Array(t.length);
-  for (let i = 0, k = 0; i < t.length; i++, k++) {
-    while (k + 1 < rowTimes.length && Math.abs(rowTimes[k + 1] - t[i]) < Math.abs(rowTimes[k] - t[i])) k++;
-    found[i] = k;
-  }
-  return found;
-}
+// The rows between two times, and one more at either side: the first index and the one behind the last.
+function span(t, start, end) { return [indexBefore(t, start), Math.min(indexBefore(t, end) + 2, t.length)]; }
 
+function asBins(t, x) { return {from: t, to: t, low: x, high: x}; }
+
+// The least and largest value of `factor` bins together.
 function coarser(fine, factor) {
-  const n = Math.ceil(fine.low.length / factor);
-  const next = {low: new Float64Array(n), high: new Float64Array(n), from: new Float64Array(n),
-                to: new Float64Array(n)};
+  const n = Math.ceil(fine.low.length / factor), array = () => new Float64Array(n);
+  const next = {low: array(), high: array(), from: array(), to: array()};
   for (let k = 0; k < n; k++) {
     const a = k * factor, b = Math.min(a + factor, fine.low.length);
     let low = NaN, high = NaN;
@@ -202,62 +176,36 @@ function coarser(fine, factor) {
       if (!(low <= fine.low[i])) low = Number.isNaN(fine.low[i]) ? low : fine.low[i];
       if (!(high >= fine.high[i])) high = Number.isNaN(fine.high[i]) ? high : fine.high[i];
     }
-    next.low[k] = low;
-    next.high[k] = high;
-    next.from[k] = fine.from[a];
-    next.to[k] = fine.to[b - 1];
+    [next.low[k], next.high[k], next.from[k], next.to[k]] = [low, high, fine.from[a], fine.to[b - 1]];
   }
   return next;
 }
 
-// What to draw between two times in so many pixels: a line through points, or the band of the coarsest bins that are
-// no wider than a pixel; with the band, points of the exact rows where they are dense enough to help. Points are joined
-// if `joined` says so, or all of them.
-function drawing(run, name, start, end, pixels) {
-  const levels = run.levels(name);
-  const span = level => {
-    const a = indexBefore(level.from, start), b = Math.min(indexBefore(level.from, end) + 1, level.from.length - 1);
-    return [a, b];
-  };
-  let chosen = levels[0];
-  for (const level of levels) {
-    const [a, b] = span(level);
-    if (b - a < pixels) break;
-    chosen = level;
-  }
-  const [a, b] = span(chosen);
-  if (chosen.low === chosen.high)
-    return {points: chosen.from === run.t ? exactPoints(run, name, start, end) : lineThrough(chosen.from, chosen.low, a, b),
-            exact: null, band: null};
-  return {points: null, exact: b - a < pixels / 2 ? exactPoints(run, name, start, end) : null, band: cut(chosen, a, b)};
+// Bins for so many pixels: those given, or two for each pixel.
+function thinned(bins, pixels) {
+  const n = bins.low.length;
+  return n <= 4 * pixels ? bins : coarser(bins, Math.ceil(n / (2 * pixels)));
 }
 
-function lineThrough(t, x, a, b) {
-  return {t: t.subarray(a, b + 1), x: x.subarray(a, b + 1)};
+// What to draw of a column between two times in so many pixels: points, or a band of bins, and with it the rows that are
+// kept where they are dense enough to help. Points are joined if `joined` says so, or all of them.
+function drawing(run, name, start, end, pixels) {
+  const {from, to, low, high} = run.finest(name), [a, b] = span(from, start, end), part = x => x.subarray(a, b);
+  const rows = low === high, least = part(low), all = {from: part(from), to: part(to), low: least, high: rows ? least : part(high)};
+  const band = thinned(all, pixels);
+  if (rows && band === all) return {points: run.tracks[name] ? {t: all.from, x: least} : exactPoints(run, name, start, end)};
+  return {band, exact: band.low.length < pixels / 2 ? exactPoints(run, name, start, end) : null};
 }
 
 function exactPoints(run, name, start, end) {
-  const a = indexBefore(run.t, start), b = Math.min(indexBefore(run.t, end) + 1, run.t.length - 1);
-  return {...lineThrough(run.t, run.exact[name], a, b), joined: run.rowNumbers ? i => run.joined(a + i) : undefined};
-}
-
-function cut(level, a, b) {
-  const part = key => level[key].subarray(a, b + 1);
-  return {from: part("from"), to: part("to"), low: part("low"), high: part("high")};
+  const [a, b] = span(run.t, start, end);
+  return {t: run.t.subarray(a, b), x: run.exact[name].subarray(a, b),
+          joined: run.rowNumbers ? i => run.joined(a + i) : undefined};
 }
 
 // The difference of a later run from the first one, at the rows of the first one between two times.
 function difference(first, other, name, start, end) {
-  const [t, x] = first.series(name), [u, y] = other.series(name);
-  const a = indexBefore(t, start), b = Math.min(indexBefore(t, end) + 1, t.length - 1);
-  const d = new Float64Array(b - a + 1);
-  for (let i = a; i <= b; i++) d[i - a] = interpolate(u, y, t[i]) - x[i];
-  return {t: t.subarray(a, b + 1), x: d};
-}
-
-// Every point, or the least and largest value of as many stretches as there are pixels.
-function thinned({t, x}, pixels) {
-  if (t.length <= 4 * pixels) return {points: {t, x}, band: null};
-  const factor = Math.ceil(t.length / (2 * pixels));
-  return {points: null, band: coarser({low: x, high: x, from: t, to: t}, factor)};
+  const [t, x] = first.series(name), [u, y] = other.series(name), [a, b] = span(t, start, end);
+  const times = t.subarray(a, b);
+  return {t: times, x: times.map((at, i) => interpolate(u, y, at) - x[a + i])};
 }

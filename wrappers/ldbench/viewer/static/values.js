@@ -3,26 +3,22 @@
 class Values {
   draw(runs, columns, groups) {
     this.runs = runs;
-    const several = runs.length > 1;
-    this.apart = runs.length <= 2;
-    const head = make("tr", {}, make("th", {}, "quantity"),
-      ...runs.map(run => make("th", {}, several ? run.name : "value")),
-      ...(this.apart ? [make("th", {class: "apart"}, several ? "difference" : "since mark")] : []), make("th", {}, ""));
+    const several = runs.length > 1, cell = (kind, words = "") => make("td", {class: kind}, words);
+    const row = (words, title, ...cells) => make("tr", {}, make("th", {scope: "row", title}, words), ...cells);
+    const head = make("tr", {}, make("th", {}, "quantity"), ...runs.map(run => make("th", {}, several ? run.name : "value")),
+      make("th", {class: "apart"}, several ? "difference" : "since mark"), make("th"));
     this.rowTimes = runs.map(() => make("td"));
-    this.rowApart = make("td", {class: "apart"});
-    const body = [make("tr", {}, make("th", {scope: "row"}, "time of the row"), ...this.rowTimes,
-                       ...(this.apart ? [this.rowApart] : []), make("td", {class: "unit"}, "s"))];
+    this.rowApart = cell("apart");
+    const body = [row("time of the row", "", ...this.rowTimes, this.rowApart, cell("unit", "s"))];
     this.cells = [];
     for (const group of groups) {
       const some = columns.filter(column => column.group === group);
-      if (!some.length) continue;
-      body.push(make("tr", {class: "group"}, make("th", {colspan: runs.length + 3}, group)));
+      if (some.length) body.push(make("tr", {class: "group"}, make("th", {colspan: runs.length + 3}, group)));
       for (const column of some) {
         const values = runs.map(run => make("td", {"data-run": run.name, "data-column": column.name}));
-        const apart = this.apart ? make("td", {class: "apart"}) : null, unit = make("td", {class: "unit"});
+        const apart = cell("apart"), unit = cell("unit");
         this.cells.push({column, values, apart, unit});
-        body.push(make("tr", {}, make("th", {scope: "row", title: column.name}, column.words), ...values,
-                       ...(apart ? [apart] : []), unit));
+        body.push(row(column.words, column.name, ...values, apart, unit));
       }
     }
     get("values").replaceChildren(make("thead", {}, head), make("tbody", {}, ...body));
@@ -34,7 +30,7 @@ class Values {
     this.runs.forEach((run, k) => {
       this.rowTimes[k].textContent = kept[k] !== null ? timeWords(run.inFile.t[kept[k]]) : `≈ ${timeWords(t - run.shift)}`;
     });
-    get("values").classList.toggle("alone", this.runs.length === 1 && mark === null);
+    get("values").className = this.runs.length > 2 ? "alone many" : this.runs.length < 2 && mark === null ? "alone" : "";
     get("between").hidden = !kept.includes(null);
     const before = this.runs.length === 1 && mark !== null ? this.runs[0].keptRow(mark) : null;
     this.rowApart.textContent = before !== null && kept[0] !== null
@@ -45,7 +41,6 @@ class Values {
         values[k].textContent = readingWords(reading, column, si);
       });
       unit.textContent = si ? column.si : column.unit;
-      if (!apart) continue;
       const d = this.difference(column.name, kept, before);
       apart.textContent = si ? asInFile(d) : shortWords(column.scale * d);
     }

@@ -1,6 +1,6 @@
 // What the scene shows: the wheelset, close-ups of both contacts, and boxes round what is drawn. Lengths in m.
 
-const VIEWS = {whole: "wheelset", left: "left contact", right: "right contact"};
+const VIEWS = ["whole", "left", "right"];
 const CLOSE = {width: 0.19, height: 0.115};
 const GAUGE_DEPTH = 0.014;      // of the gauge point below the top of rail
 const STANDARD = 0.71755;       // half of the gauge where no rail is drawn
@@ -15,34 +15,25 @@ function viewOf(view, shape) {
   }
   if (!shape) return {y: 0, z: 0.42, width: 1.85, height: 1.4};
   const wheels = [...shape.left.wheel, ...shape.right.wheel], rails = [...shape.left.rail, ...shape.right.rail];
-  const half = Math.max(...wheels.map(([u]) => Math.abs(u)), ...rails.map(([y]) => Math.abs(y)));
+  const half = Math.max(...[...wheels, ...rails].map(([u]) => Math.abs(u)));
   const radius = Math.max(...wheels.map(([, v]) => Math.abs(v)));
-  return boxView(-half, half, Math.min(...rails.map(([, z]) => z)) - FOOT, shape.axle + radius);
+  return boxView([[-half, Math.min(...rails.map(([, z]) => z)) - FOOT], [half, shape.axle + radius]]);
 }
 
-// A view of a box, with room for words and scales.
-function boxView(y1, y2, z1, z2) {
+// A view of the box round some points, with room for words and scales.
+function boxView(points) {
+  const [[y1, y2], [z1, z2]] = [0, 1].map(k => points.map(point => point[k])).map(v => [Math.min(...v), Math.max(...v)]);
   return {y: (y1 + y2) / 2, z: (z1 + z2) / 2, width: 1.13 * (y2 - y1), height: 1.27 * (z2 - z1)};
 }
 
 // A view of everything that is drawn: rails and wheelsets where they are now, on their sides too.
 function fitAll(scene, runs, shapes, at) {
-  let [y1, y2, z1, z2] = [Infinity, -Infinity, Infinity, -Infinity];
-  const see = (y, z) => {
-    y1 = Math.min(y1, y);
-    y2 = Math.max(y2, y);
-    z1 = Math.min(z1, z);
-    z2 = Math.max(z2, z);
-  };
-  for (const run of runs) {
+  const points = runs.filter(run => run.shape !== null).flatMap(run => {
     const shape = shapes[run.shape], pose = scene.poseOf(run, shape, at);
-    if (!shape) continue;
-    for (const [{rail, wheel}, side] of sidesOf(shape)) {
-      for (const [y, z] of rail) see(side * y, z - (z > -0.02 ? 0 : FOOT));
-      for (const [u, v] of wheel) for (const turned of [v, -v]) see(...scene.placed(run, pose, [side * u, turned]));
-    }
-  }
-  return y2 > y1 ? boxView(y1, y2, z1, z2) : viewOf("whole", null);
+    return sidesOf(shape).flatMap(([{rail, wheel}, side]) => [...rail.map(([y, z]) => [side * y, z - (z > -0.02 ? 0 : FOOT)]),
+      ...wheel.flatMap(([u, v]) => [[side * u, v], [side * u, -v]]).map(point => scene.placed(run, pose, point))]);
+  });
+  return points.length ? boxView(points) : viewOf("whole", null);
 }
 
 // A close-up of a side that holds the contact, and the flange beside the rail if the wheel is near it.
