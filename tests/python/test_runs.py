@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import ldbench
-from ldbench.case import shortest_name, variables
+from ldbench.case import Variable, shortest_name, variables
 from ldbench.profile import Profile
 from ldbench.results.header import Header, read_groups
 from ldbench.results.quantities import CONTACTS, OUTCOME, si_unit
@@ -344,7 +344,13 @@ def test_types_of_variables_are_those_of_the_core():
     """The stub is what docs/make_tables.py makes of the core's list."""
     stub = (Path(ldbench.__file__).parent/"_core/case_types.pyi").read_text()
     attributes = dict(re.findall(r"^    (\w+): Final\[(.*)\]$", stub, re.MULTILINE))
-    expected = {name: {"real": "float", "integer": "int", "text": "str"}[variable.kind] for k, variable in enumerate(variables())
+
+    def kind(variable: Variable) -> str:
+        if variable.range.startswith("one of "):
+            return "Literal[" + ", ".join(f'"{word}"' for word in variable.range.split()[2:]) + "]"
+        return {"real": "float", "integer": "int", "text": "str"}[variable.kind]
+
+    expected = {name: kind(variable) for k, variable in enumerate(variables())
                 for name in (shortest_name(k), f"{variable.group}_{variable.name}")}
     assert attributes == expected and set(re.findall(r"^    (\w+): (?!Final)", stub, re.MULTILINE)) == set(expected)
 
