@@ -40,7 +40,7 @@ SAME = 1e-3             # share of a result by which a twin may move it
 # Results that say how exact a run is, not what happens in it.
 EXACTNESS = "drift", "drift_relative", "drift_reference", "step", "steps"
 
-# A part of a long run is computed again with rows as close as impacts need.
+# Parts of a long run are computed again, with rows as close as impacts need.
 INTERVAL = 2e-5         # between rows [s]
 LENGTH = 0.03           # of a part [s]
 BEFORE = 0.3            # share of a part before the moment for which it is computed
