@@ -70,11 +70,20 @@ def write_package(target: Path, root: Path, cases: Iterable[tuple[Task, Case]] |
             files[f"columns/{task.name}.txt"] = "".join(kept_lines(columns, found))
         files[f"namelists/{task.name}.nml"] = found.run.case.replace(table_file="").to_namelist()
         exactness.append(error_row(found))
-        events += event_rows(found)
+        # Of each kind the column file lists five events.
+        events += [{"simulation": task.name, "time [s]": event.t, "event": event.kind,
+                    "contact angle [rad]": "" if np.isnan(event.angle) else event.angle,
+                    "lateral force [N]": "" if np.isnan(event.force) else event.force,
+                    "before the horizon": int(event.t <= found.until)} for event in found.run.events]
         impulses += impulse_rows(found)
         told(f"{task.name}: {' '.join(f'{name} {x}' for name, x in exactness[-1].items() if name != 'simulation')}")
+    horizons = [{"simulation": task.name, "horizon [s]": own.horizon, "reached": int(own.reached),
+                 "horizon by DOP853 [s]": "" if own.independent is None else own.independent,
+                 "both integrators apart by": own.integrators, "growth": own.growth,
+                 **{f"grade {k}": limit for k, limit in enumerate(GRADES, 1)}} for task, _ in cases
+                for own in [yardsticks()[task.name]]]
     files |= {"exactness.csv": table(exactness), "events.csv": table(events), "impulses.csv": table(impulses),
-              "horizons.csv": table(horizon_row(task) for task, _ in cases), "README.md": readme(exactness)}
+              "horizons.csv": table(horizons), "README.md": readme(exactness)}
     names = {Path(name).name for _, case in cases for name in case.profile_files().values()}
     copied = {f"profiles/{name}": root/"profiles"/name for name in (*names, "README.md")} | {name: root/name for name in LICENCES}
     files |= {name: file.read_text(encoding="utf-8") for name, file in (copied | {"yardsticks.json": FILE}).items()}
@@ -152,14 +161,6 @@ def short(x: float) -> float:
 
 # Tables -----------------------------------------------------------------------------------
 
-def event_rows(found: Solution) -> Iterator[dict[str, Any]]:
-    """The events that the column file lists: the first five of each kind."""
-    for event in found.run.events:
-        yield {"simulation": found.task.name, "time [s]": event.t, "event": event.kind,
-               "contact angle [rad]": "" if np.isnan(event.angle) else event.angle,
-               "lateral force [N]": "" if np.isnan(event.force) else event.force, "before the horizon": int(event.t <= found.until)}
-
-
 def impulse_rows(found: Solution) -> list[dict[str, Any]]:
     """The impacts of every contact up to the horizon, in order of time."""
     rows = []
@@ -168,15 +169,6 @@ def impulse_rows(found: Solution) -> list[dict[str, Any]]:
         rows += [{"simulation": found.task.name, "contact": contact, "number": k, "closes [s]": one.start, "opens [s]": one.end,
                   "impulse [N s]": one.impulse, "largest force [N]": one.peak} for k, one in enumerate(whole, 1)]
     return sorted(rows, key=lambda row: (row["closes [s]"], row["contact"]))
-
-
-def horizon_row(task: Task) -> dict[str, Any]:
-    """The horizon of a simulation, the growth of a difference, and the grades."""
-    own = yardsticks()[task.name]
-    return {"simulation": task.name, "horizon [s]": own.horizon, "reached": int(own.reached),
-            "horizon by DOP853 [s]": "" if own.independent is None else own.independent,
-            "both integrators apart by": own.integrators, "growth": own.growth,
-            **{f"grade {k}": limit for k, limit in enumerate(GRADES, 1)}}
 
 
 def table(rows: Iterable[dict[str, Any]]) -> str:

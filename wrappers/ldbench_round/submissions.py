@@ -39,7 +39,6 @@ class Submission:
     """What one code submitted."""
 
     name: str                                   # the name of the folder, as it is printed
-    folder: Path
     facts: Mapping[str, str] = field(default_factory=dict)          # of FACTS, in words
     seconds: Mapping[str, float] = field(default_factory=dict)      # processor time [s], by the name of the simulation
     map: Mapping[str, Any] | None = None        # of its columns; None: it is guessed
@@ -124,7 +123,7 @@ def read_submission(folder: Path, name: str) -> Submission:
         remarks.append(f"expected a folder that can be read, found {reason(error)}")
     if not known.get("files") and len(remarks) == told_before:
         remarks.append("expected files such as ex1_aw.csv, found none")
-    return Submission(name, folder, remarks=tuple(remarks), **known)
+    return Submission(name, remarks=tuple(remarks), **known)
 
 
 def without(message: str, folder: Path) -> str:

@@ -57,18 +57,13 @@ def main(args: argparse.Namespace) -> int:
 
 
 def lines_of(one: Fingerprint) -> list[tuple[str, str]]:
-    """The numbers in words."""
+    """The numbers in words, each with its uncertainty and what it rests upon, or why there is none."""
     told: list[tuple[str, Estimate, float, str]] = [
             ("exponent of the approach", one.exponent, 1.0, ""),
             (f"force at an approach of {1e3*one.approach:.3g} mm" if one.force.known else "force", one.force, 1e-3, "kN"),
             ("force over that of Hertz", one.hertz, 1.0, ""), ("restitution of the energy", one.restitution, 1.0, ""),
             ("energy lost per impact", one.loss, 100.0, "%"), (one.damping_kind or "damping", one.damping, 1.0, one.damping.unit),
             ("time step", one.step, 1e3, "ms"), ("pitch of a contact table", one.pitch, 1e3, "mm")]
-    return [("contact", f"{one.kind}; {one.because}"), *((what, told_in_words(x, factor, unit)) for what, x, factor, unit in told)]
-
-
-def told_in_words(x: Estimate, factor: float, unit: str) -> str:
-    """A number with its uncertainty and what it rests upon, or why there is none."""
-    if not x.known:
-        return f"not told: {x.why}"
-    return f"{plus_minus(x, factor)}{f' {unit}' if unit else ''} ({x.why})"
+    return [("contact", f"{one.kind}; {one.because}"), *(
+        (what, f"{' '.join([plus_minus(x, factor), *([unit] if unit else [])])} ({x.why})" if x.known else f"not told: {x.why}")
+        for what, x, factor, unit in told)]

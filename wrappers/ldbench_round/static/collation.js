@@ -118,10 +118,9 @@ function matrixCell(entry, k, j) {
 
 // ---- codes ---------------------------------------------------------------------------
 function drawCodes() {
-  const place = byId("codes");
-  place.replaceChildren();
+  byId("codes").replaceChildren();
   facts.codes.forEach((code, k) => {
-    const label = element("label", undefined, place, k === state.front ? "front" : "");
+    const label = element("label", undefined, byId("codes"), k === state.front ? "front" : "");
     const box = element("input", undefined, label);
     box.type = "checkbox";
     box.checked = state.shown[k];
@@ -138,6 +137,7 @@ function drawCodes() {
 class Chart {
   constructor(known) {
     this.known = known;
+    [this.scale, this.unit] = known.impact ? [1e3, "ms"] : [1, "s"];
     this.window = null;
     const card = element("section", undefined, byId("charts"), known.impact ? "card impact" : "card");
     element("h2", `${known.words} [${known.unit}]`, card);
@@ -151,15 +151,13 @@ class Chart {
     });
     this.canvas.addEventListener("pointermove", event => this.hover(event.offsetX, event.offsetY));
     this.canvas.addEventListener("pointerup", event => this.zoom(event.offsetX));
-    this.canvas.addEventListener("pointerleave", () => {
-      this.from = this.at = undefined;
-      this.told.textContent = this.rest();
-      this.draw();
-    });
-    this.canvas.addEventListener("dblclick", () => {
-      this.window = null;
-      this.draw();
-    });
+    this.canvas.addEventListener("pointerleave", () => this.clear());
+    this.canvas.addEventListener("dblclick", () => this.show(null));
+  }
+
+  show(window) {
+    this.window = window;
+    this.draw();
   }
 
   rest() {
@@ -168,7 +166,11 @@ class Chart {
     return parts.join("; ");
   }
 
-  scale() { return this.known.impact ? 1e3 : 1; }
+  clear() {
+    this.from = this.at = undefined;
+    this.told.textContent = this.rest();
+    this.draw();
+  }
 
   timeAt(x) {
     const [start, end] = this.limits, width = this.canvas.clientWidth - LEFT - RIGHT;
@@ -179,10 +181,7 @@ class Chart {
     const to = this.timeAt(x), from = this.from;
     this.from = undefined;
     const [start, end] = this.limits;
-    if (from !== undefined && Math.abs(to - from) > 0.01 * (end - start)) {
-      this.window = [Math.min(from, to), Math.max(from, to)];
-      this.draw();
-    }
+    if (from !== undefined && Math.abs(to - from) > 0.01 * (end - start)) this.show([Math.min(from, to), Math.max(from, to)]);
   }
 
   // The limits of time and values of what is shown; curves far beyond the median code hide no others.
@@ -226,9 +225,7 @@ class Chart {
     pen.beginPath();
     pen.rect(LEFT, TOP, width - LEFT - RIGHT, height - TOP - BOTTOM);
     pen.clip();
-    const order = this.drawn.map((_, k) => k).filter(k => k !== state.front);
-    if (state.front >= 0) order.push(state.front);
-    for (const k of order) if (this.drawn[k]) this.line(pen, colour, k);
+    for (const k of [...this.drawn.keys()].filter(k => k !== state.front).concat(state.front)) if (this.drawn[k]) this.line(pen, colour, k);
     if (this.at) {
       pen.fillStyle = colour(`--code${this.at.code % COLOURS}`);
       pen.beginPath();
@@ -256,23 +253,18 @@ class Chart {
   }
 
   grid(pen, colour, width, height) {
-    pen.strokeStyle = colour("--faint");
+    const across = ticks(this.limits[0] * this.scale, this.limits[1] * this.scale, width / 90);
+    const up = ticks(this.range[0] * this.known.scale, this.range[1] * this.known.scale, height / 45);
+    pen.fillStyle = colour("--faint");
+    for (const {value} of across) pen.fillRect(this.x(value / this.scale) - 0.5, TOP, 1, height - TOP - BOTTOM);
+    for (const {value} of up) pen.fillRect(LEFT, this.y(value / this.known.scale) - 0.5, width - LEFT - RIGHT, 1);
     pen.fillStyle = colour("--muted");
-    pen.lineWidth = 1;
     pen.textAlign = "center";
-    for (const t of ticks(this.limits[0] * this.scale(), this.limits[1] * this.scale(), width / 90)) {
-      const x = this.x(t.value / this.scale());
-      stroke(pen, x, TOP, x, height - BOTTOM);
-      pen.fillText(dashed(t.words), Math.min(x, width - 16), height - 9);
-    }
+    for (const {value, words} of across) pen.fillText(words, Math.min(this.x(value / this.scale), width - 16), height - 9);
     pen.textAlign = "right";
-    for (const v of ticks(this.range[0] * this.known.scale, this.range[1] * this.known.scale, height / 45)) {
-      const y = this.y(v.value / this.known.scale);
-      stroke(pen, LEFT, y, width - RIGHT, y);
-      pen.fillText(dashed(v.words), LEFT - 6, y + 4);
-    }
+    for (const {value, words} of up) pen.fillText(words, LEFT - 6, this.y(value / this.known.scale) + 4);
     pen.textAlign = "left";
-    pen.fillText(this.known.impact ? "ms" : "s", 4, height - 9);
+    pen.fillText(this.unit, 4, height - 9);
   }
 
   // The nearest curve is told.
@@ -287,17 +279,10 @@ class Chart {
     });
     this.at = best;
     this.told.textContent = best
-      ? `${facts.codes[best.code].name}: ${dashed((best.v * this.known.scale).toPrecision(5))} ${this.known.unit} at ${dashed((t * this.scale()).toPrecision(5))} ${this.known.impact ? "ms" : "s"}`
+      ? `${facts.codes[best.code].name}: ${dashed((best.v * this.known.scale).toPrecision(5))} ${this.known.unit} at ${dashed((t * this.scale).toPrecision(5))} ${this.unit}`
       : this.rest();
     this.draw();
   }
-}
-
-function stroke(pen, x, y, to, down) {
-  pen.beginPath();
-  pen.moveTo(x, y);
-  pen.lineTo(to, down);
-  pen.stroke();
 }
 
 // The smallest and the largest value of a curve in a window of time.
@@ -323,17 +308,11 @@ function ticks(low, high, count) {
   const rough = (high - low) / Math.max(2, count), power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find(k => k * power >= rough);
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push({value: k * step, words: (k * step).toFixed(digits)});
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push({value: k * step, words: dashed((k * step).toFixed(digits))});
   return found;
 }
 
-function drawCharts() {
-  for (const chart of charts) {
-    chart.at = undefined;
-    chart.told.textContent = chart.rest();
-    chart.draw();
-  }
-}
+const drawCharts = () => charts.forEach(chart => chart.clear());
 
 // ---- numbers -------------------------------------------------------------------------
 function drawNumbers() {
@@ -371,13 +350,6 @@ function fillRows(id, rows) {
   }
 }
 
-function drawFindings() {
-  fillRows("findings", facts.codes.flatMap(code => {
-    const entry = code.entries[state.task];
-    return (entry ? entry.error ? [entry.error] : entry.findings : []).map(line => [code.name, line]);
-  }));
-}
-
 // ---- the page ------------------------------------------------------------------------
 function choose(task) {
   state.task = (task + facts.tasks.length) % facts.tasks.length;
@@ -386,7 +358,8 @@ function choose(task) {
   drawMatrix();
   drawCodes();
   drawNumbers();
-  drawFindings();
+  fillRows("findings", facts.codes.flatMap(({name, entries: {[state.task]: entry}}) =>
+    (entry ? entry.error ? [entry.error] : entry.findings : []).map(line => [name, line])));
   drawCharts();
 }
 
