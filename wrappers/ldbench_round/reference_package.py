@@ -70,7 +70,7 @@ def write_package(target: Path, root: Path, cases: Iterable[tuple[Task, Case]] |
             files[f"columns/{task.name}.txt"] = "".join(kept_lines(columns, found))
         files[f"namelists/{task.name}.nml"] = found.run.case.replace(table_file="").to_namelist()
         exactness.append(error_row(found))
-        # Of each kind the column file lists five events.
+        # The column file lists five events of each kind.
         events += [{"simulation": task.name, "time [s]": event.t, "event": event.kind,
                     "contact angle [rad]": "" if np.isnan(event.angle) else event.angle,
                     "lateral force [N]": "" if np.isnan(event.force) else event.force,
