@@ -14,6 +14,7 @@ from ldbench.plots.impact import chosen_impacts
 from ldbench.plots.stretches import first_impact
 from ldbench.report.differences import event_times
 from ldbench.results.contact_intervals import CLOSED, is_closed
+from ldbench.results.derived import exchange
 from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
@@ -139,3 +140,13 @@ def test_what_is_closed():
     """One newton of either sign, in a number as in an array."""
     assert [is_closed(x) for x in (0.0, 0.9, -0.9, 1.1, -2.0, np.nan)] == [False, False, False, True, True, False]
     np.testing.assert_array_equal(is_closed(np.array([1.0, 1.1])), [False, True])
+
+
+def test_rigid_impacts_lose_what_their_events_say(tmp_path: Path):
+    """Two rows have the time of a rigid impact; the energies before and after it differ by the loss of the event."""
+    run = ldbench.run(ldbench.Case.exercise(2).replace(formulation="unilateral", restitution=0.5, t_end=0.03))
+    for one in run, ldbench.read_run(run.write(tmp_path/"rigid.txt")):
+        losses = {event.t: event.loss for event in one.events if event.kind == "impact"}
+        for impact in one.impacts(["LF"]):
+            energies = exchange(one, impact.start, impact.end)
+            assert sum(energies.before.values()) - sum(energies.after.values()) == pytest.approx(losses[impact.start], rel=1e-6)
