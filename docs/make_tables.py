@@ -24,7 +24,7 @@ from ldbench.commands import COMMANDS
 from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
-from ldbench_round.horizon import yardsticks
+from ldbench_round.own_runs import yardsticks
 from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
 
 DOCS = Path(__file__).resolve().parent

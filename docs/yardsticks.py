@@ -20,9 +20,8 @@ from independent import displacements
 from ldbench import Case, ContactTable
 from ldbench.runs import Run, compute
 from ldbench.tools import complete
-from ldbench_round.horizon import BEYOND, DISPLACEMENTS, FILE, Yardstick
 from ldbench_round.metrics import scored
-from ldbench_round.own_runs import ending, exact
+from ldbench_round.own_runs import BEYOND, DISPLACEMENTS, FILE, Yardstick, ending, exact
 from ldbench_round.scores import OVER_TIME
 from ldbench_round.tasks import TASKS, Task, task_named
 

@@ -14,7 +14,7 @@ from ldbench.__main__ import main
 from ldbench.report import abstract
 from ldbench.results.columns import read_toml
 from ldbench.viewer import page
-from ldbench_round import horizon
+from ldbench_round import own_runs
 from running import CASES, LDBENCH, REPO, short_case
 
 PROJECT = read_toml(REPO/"pyproject.toml")["project"]
@@ -70,7 +70,7 @@ def test_data_files_are_installed():
     there = {str(path.relative_to(packages)) for path in packages.rglob("*") if path.is_file() and "__pycache__" not in path.parts
              and path.suffix not in (".so", ".f90") and not path.name.startswith(".")}
     assert {str(Path(name)) for name in listed} == there
-    assert {str(file.relative_to(packages)) for file in (abstract.TEMPLATE, page.FOLDER/"page.html", horizon.FILE,
+    assert {str(file.relative_to(packages)) for file in (abstract.TEMPLATE, page.FOLDER/"page.html", own_runs.FILE,
                                                          packages/"ldbench/py.typed")} <= there
     assert PROJECT["license-files"] == ["LICENSE"] and (REPO/"LICENSE").is_file()
 

@@ -22,8 +22,8 @@ from ldbench.results.header import Header
 from ldbench.results.run_data import RunData
 from ldbench_round import check
 from ldbench_round.findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ldbench_round.kept_entries import find_references
 from ldbench_round.map_guess import find_time
-from ldbench_round.round_grades import find_references
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import QUANTITIES, TASKS, Task
 from running import Run

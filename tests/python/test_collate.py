@@ -23,8 +23,7 @@ from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
 from ldbench_round import check, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
-from ldbench_round.kept_entries import SCORED_AS_ELASTIC
-from ldbench_round.round_grades import find_references
+from ldbench_round.kept_entries import SCORED_AS_ELASTIC, find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
 from ldbench_round.scores import GRADED, Score
 from ldbench_round.submissions import find_submissions

@@ -253,6 +253,14 @@ def test_a_killed_process_loses_nothing_that_was_written(tmp_path, table, counte
         assert counted["runs"] - before == new and found.identical(expected[masses])
 
 
+def test_a_store_is_written_in_parts(tmp_path, table, monkeypatch):
+    """Along the longest dimension; texts and rows of columns of the parts differ in length."""
+    over = {"t_end": [1e-3, 2e-3], "mass": [-1.0, *MASSES]}
+    expected = ldbench.ensemble(short(), over, columns=["Y"], tables=[table])
+    monkeypatch.setattr("ldbench.ensembles.store.HELD", 1.0)
+    assert ldbench.ensemble(short(), over, columns=["Y"], tables=[table], store=tmp_path/"sweep.zarr").identical(expected)
+
+
 def test_damaged_results_are_told(tmp_path, table):
     over = {"mass": MASSES}
     ldbench.ensemble(short(t_end=1e-3), over, store=tmp_path/"sweep.zarr", tables=[table])

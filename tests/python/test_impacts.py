@@ -1,6 +1,8 @@
 """Impacts: closed intervals of a contact, their duration, peak and impulse, from any file with time and a normal force."""
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +14,7 @@ from ldbench.plots.impact import chosen_impacts
 from ldbench.plots.stretches import first_impact
 from ldbench.report.differences import event_times
 from ldbench.results.contact_intervals import CLOSED
+from ldbench.results.derived import exchange
 from ldbench.results.header import Header
 from ldbench.results.summary import summary_row
 from ldbench.viewer.page import FOLDER, event_entries
@@ -109,3 +112,13 @@ def test_everyone_tells_the_same_first_contact():
             "collation": numbers_of(run, Task(2, "aw"), [])["t_left_flange"].value}
     assert told.pop("plot") == pytest.approx(first.start - 0.6*first.duration, abs=1e-12)
     assert set(told.values()) == {first.start}
+
+
+def test_rigid_impacts_lose_what_their_events_say(tmp_path: Path):
+    """Two rows have the time of a rigid impact; the energies before and after it differ by the loss of the event."""
+    run = ldbench.run(ldbench.Case.exercise(2).replace(formulation="unilateral", restitution=0.5, t_end=0.03))
+    for one in run, ldbench.read_run(run.write(tmp_path/"rigid.txt")):
+        losses = {event.t: event.loss for event in one.events if event.kind == "impact"}
+        for impact in one.impacts(["LF"]):
+            energies = exchange(one, impact.start, impact.end)
+            assert sum(energies.before.values()) - sum(energies.after.values()) == pytest.approx(losses[impact.start], rel=1e-6)

@@ -19,8 +19,8 @@ from ldbench.results.run_data import RunData
 from ldbench.runs import compute
 from ldbench_round import own_runs
 from ldbench_round.energies import SUMS
-from ldbench_round.horizon import yardsticks
 from ldbench_round.metrics import score
+from ldbench_round.own_runs import yardsticks
 from ldbench_round.scores import KINDS, Scores
 from ldbench_round.tasks import MOTION, QUANTITIES, Task
 from running import Run

@@ -13,8 +13,8 @@ import pytest
 
 import ldbench
 from ldbench import Case
-from ldbench_round.horizon import horizon
 from ldbench_round.metrics import score
+from ldbench_round.own_runs import horizon
 from ldbench_round.reference_package import (
     INTERVAL,
     error_row,

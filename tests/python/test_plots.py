@@ -91,7 +91,7 @@ def panels_of(figure: Figure, page: Page) -> list[tuple[Axes, object]]:
 
 
 def test_everything_the_call_lists_has_a_panel():
-    curves = [curve for page in (*PAGES, ENERGY) for panel in page.panels for curve in panel.curves]
+    curves = [curve for page in (*PAGES, ENERGY) for column in page.columns for panel in column for curve in panel.curves]
     drawn = [column for curve in curves for column in curve.columns]
     wanted = KINEMATICS + [f"{q}_{c}" for q in PER_CONTACT for c in CONTACTS] + ENERGIES
     assert not set(wanted) - set(drawn)

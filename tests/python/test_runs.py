@@ -19,7 +19,7 @@ import pytest
 
 import ldbench
 from invented import COARSE
-from ldbench.case import shortest_name, variables
+from ldbench.case import Variable, shortest_name, variables
 from ldbench.profile import Profile
 from ldbench.results.header import Header, read_groups
 from ldbench.results.quantities import CONTACTS
@@ -294,11 +294,18 @@ def test_bad_arguments_are_value_or_type_errors(elastic: tuple[ldbench.Run, ldbe
         ldbench.run({"vY": 0.3})
 
 
-def test_type_checkers_know_every_variable():
+def test_types_of_variables_are_those_of_the_core():
     stub = (Path(ldbench.__file__).parent/"_core/case_types.pyi").read_text()
-    expected = {name for k, one in enumerate(variables()) for name in (shortest_name(k), f"{one.group}_{one.name}")}
-    for pattern in r"^    (\w+): Final\[.*\]$", r"^    (\w+): (?!Final)":
-        assert set(re.findall(pattern, stub, re.MULTILINE)) == expected
+    attributes = dict(re.findall(r"^    (\w+): Final\[(.*)\]$", stub, re.MULTILINE))
+
+    def kind(variable: Variable) -> str:
+        if variable.range.startswith("one of "):
+            return "Literal[" + ", ".join(f'"{word}"' for word in variable.range.split()[2:]) + "]"
+        return {"real": "float", "integer": "int", "text": "str"}[variable.kind]
+
+    expected = {name: kind(variable) for k, variable in enumerate(variables())
+                for name in (shortest_name(k), f"{variable.group}_{variable.name}")}
+    assert attributes == expected and set(re.findall(r"^    (\w+): (?!Final)", stub, re.MULTILINE)) == set(expected)
 
 
 def test_the_groups_of_a_header_are_those_that_f90nml_reads(shipped: dict[str, Run]):

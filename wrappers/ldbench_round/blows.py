@@ -1,4 +1,5 @@
-"""Blows of a contact in a file of any code: normal force over approach, from the columns of motion and contact alone.
+"""Blows of a contact in a file of any code: normal force over approach, from the columns of motion and contact alone, and the law
+N = k δⁿ, with or without damping, that is fitted to a blow.
 
 No code writes the approach of its bodies. Its rate is the velocity at which the contact point of the wheel enters the rail
 along the normal, whatever the contact law, because the normal force does no work on a motion along the tangent.
@@ -9,13 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from ldbench import Case
 from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.derived import cumulative
 from ldbench.results.run_data import RunData
 
-from .place_checks import MODULUS, axle_height
+from .findings import COVERAGE
+from .row_checks import MODULUS, axle_height
 
 NEEDED = "Y", "Z", "vY", "vZ", "roll_rate"
 OF_CONTACT = "N", "angle", "y", "z"
@@ -23,6 +26,11 @@ LEAST_FORCE = 1e4       # of an impact that counts [N]
 TELLING_ROWS = 4        # of a blow that shows whether bodies give
 GIVES = 0.1             # approach over that of steel, above which a contact is elastic
 NEAREST = 5e-3          # distance of tread and flange contact in which a load is no point any more [m]
+NONE, BY_DEPTH, BY_RATE = "no damping", "damping that grows with the approach", "damping by the rate alone"
+LEAST_ROWS = 8              # of a blow
+LEAST_SHARE = 0.02          # of the peak, below which rows are not fitted: there the zero of the approach decides
+EXPONENTS = 0.6, 3.5        # that a law may have
+TRIED = 1.0, 1.5, 2.5       # exponents from which a fit begins
 
 
 @dataclass(frozen=True)
@@ -127,3 +135,77 @@ def smooth_integral(t: np.ndarray, x: np.ndarray) -> np.ndarray:
         return whole
     slope = np.gradient(x, t)
     return whole + np.concatenate([[0.0], np.cumsum(np.diff(t)**2*(slope[:-1] - slope[1:])/12)])
+
+
+@dataclass(frozen=True)
+class Law:
+    """N = k (δ - zero)ⁿ, times (1 + damping dδ/dt) or plus damping dδ/dt; SI units, uncertainties of two standard deviations."""
+
+    kind: str               # of damping
+    k: float                # [N/mⁿ]
+    n: float
+    zero: float             # [m]
+    damping: float          # [s/m] or [N s/m]
+    misfit: float           # rms of the residual over the largest force
+    u_n: float
+    u_log_k: float          # at the mean approach of the fit, where k and n are independent
+    u_damping: float
+
+    def force(self, approach: float) -> float:
+        """Elastic force [N] at an approach [m]."""
+        return float(self.k*max(approach, 0.0)**self.n)
+
+    def without_damping(self, blow: Blow) -> np.ndarray:
+        """The elastic part of the force of a blow, (rows,) [N]."""
+        if self.kind == BY_RATE:
+            return blow.force - self.damping*blow.closing
+        return blow.force/np.maximum(1 + self.damping*blow.closing, 0.1) if self.kind == BY_DEPTH else blow.force
+
+
+def fit_law(blow: Blow, kind: str) -> Law | None:
+    """Fit a law to a blow by least squares; None for fewer than LEAST_ROWS rows."""
+    used = blow.force > LEAST_SHARE*blow.peak
+    d, v, force = blow.approach[used], blow.closing[used], blow.force[used]
+    if d.size < LEAST_ROWS or np.ptp(d) <= 0:
+        return None
+    reach, peak = float(np.ptp(d)), float(force.max())
+
+    def missed(p: np.ndarray) -> np.ndarray:
+        """What a law misses of the forces over the peak. p: logarithm of the force over the peak at the approach `reach`, exponent,
+        and zero of the approach over `reach`; the part of the peak that damping makes of the largest velocity."""
+        elastic = np.exp(p[0])*np.maximum(d/reach - p[2], 0.0)**p[1]
+        share = p[3]*v/fastest if kind != NONE else 0.0
+        return np.asarray(elastic*(1 + share) if kind == BY_DEPTH else elastic + (elastic > 0)*share) - force/peak
+
+    fastest = float(np.abs(v).max()) or 1.0
+    first = float(d.min()/reach)
+    low, high = [-20.0, EXPONENTS[0], first - 0.5, -10.0], [20.0, EXPONENTS[1], first + 0.2, 10.0]
+    found = min((least_squares(missed, [0.0, n, first - 0.05, 0.0], bounds=(low, high), xtol=1e-12, ftol=1e-12, gtol=1e-12)
+                 for n in TRIED), key=lambda one: float(one.cost))
+    log_k, n, zero, share = found.x.tolist()
+    k, zero = float(peak*np.exp(log_k)/reach**n), zero*reach
+    damping = share*{NONE: 0.0, BY_DEPTH: 1.0, BY_RATE: peak}[kind]/fastest
+    x = np.maximum(d - zero, 1e-9)
+    middle = float(np.exp(np.average(np.log(x), weights=force)))
+    elastic = k*x**n
+    growth = 1 + damping*v if kind == BY_DEPTH else 1.0
+    rates = [elastic*growth, elastic*growth*np.log(x/middle), -n*elastic*growth/x, *{
+        NONE: [], BY_DEPTH: [elastic*v], BY_RATE: [v]}[kind]]
+    residual = force - elastic*growth - (damping*v if kind == BY_RATE else 0.0)
+    u_log_k, u_n, _, *u_damping = uncertainties(np.column_stack(rates), residual).tolist()
+    return Law(kind, k, n, zero, damping, float(np.sqrt(np.mean(residual**2))/peak), u_n, u_log_k, sum(u_damping))
+
+
+def uncertainties(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Uncertainties of fitted numbers, (numbers,), by the rates of the force with each, (rows, numbers), and what the fit leaves.
+
+    What is left of neighbouring rows is alike, so that rows count as fewer.
+    """
+    square = float(np.sum(residual**2))
+    alike = float(np.clip(np.sum(residual[1:]*residual[:-1])/max(square, 1e-300), 0, 0.95))
+    freedom = max(residual.size*(1 - alike)/(1 + alike) - jacobian.shape[1], 1.0)
+    size = np.sqrt(np.sum(jacobian**2, axis=0))
+    size[size == 0] = 1.0
+    scaled = jacobian/size
+    covariance = np.linalg.pinv(scaled.T @ scaled)*square/freedom/np.outer(size, size)
+    return COVERAGE*np.sqrt(np.maximum(np.diag(covariance), 0))

@@ -6,7 +6,7 @@ the simulation serves the map of the columns alone.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,16 +34,6 @@ class Checked:
     task: Task
     guess: Guess | None             # None: the file has ldbench's header
     findings: tuple[Finding, ...]
-
-    @property
-    def doubt(self) -> bool:
-        """Whether the guess of the map is doubtful."""
-        return bool(self.guess and unlike(self.guess))
-
-    def facts(self) -> dict[str, Any]:
-        """The findings for other programs."""
-        return {"file": str(self.file), "simulation": self.task.name, "map": self.guess.toml() if self.guess else None,
-                "findings": [asdict(finding) for finding in self.findings]}
 
 
 def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked:
@@ -76,10 +66,9 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     header = read_header(file)
     if header.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
-    raw = read_raw(file)
-    # Our own run of exercise 5 may be its first seconds alone.
-    length = Case.exercise(5, task.profiles).t_end if task.exercise == 5 else None
-    guess = guess_map(file, own_run(task), raw, length)
+    raw, own = read_raw(file), own_run(task)
+    # Our own run of exercise 5 is its first seconds alone.
+    guess = guess_map(file, own, raw, Case.exercise(5, task.profiles).t_end if task.exercise == 5 else float(np.ptp(own.time)))
     return SubmittedFile(task, RunData(file, header=header, data=converted(file, raw, guess.map)), guess)
 
 

@@ -1,31 +1,44 @@
 """The collation of a round: every file of every code read once, and the table of numbers."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import BrokenExecutor
+from collections.abc import Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Future
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from ldbench import Error
 from ldbench.results.header import read_header
-from ldbench.tools import PROCESS_DIED, processes, write_frame
+from ldbench.tools import PROCESS_DIED, processes, usable_cores, write_frame
 
 from .jumps import is_rigid
-from .kept_entries import Entry, Work, failed_entry, keep, kept, key_of, make_entry, program
+from .kept_entries import (
+    Entry,
+    Reference,
+    Work,
+    failed_entry,
+    keep,
+    kept,
+    key_of,
+    make_entry,
+    program,
+    read_reference,
+    reference_of,
+)
 from .own_runs import own_run, write_rigid_run
-from .round_grades import ROW_ENDINGS, Reference, read_reference, reference_of, row_of
 from .round_numbers import SI, VERDICTS, names_of
-from .scores import GRADED, Score, unscored
-from .submissions import Submission, find_submissions, printable
+from .scores import GRADED, GRADES, Score, unscored
+from .submissions import Submission, complaint, find_submissions, printable
 from .tasks import TASKS, Task
 
 LARGE = 30_000_000          # from which the files that are read at the same time are limited by memory [bytes]
 PER_BYTE = 6                # of memory, while a file is read
 MEMORY = 1_300_000_000      # for files that are read at the same time [bytes]
+#: What the table tells of each kind of score: the difference, its grade, its share of the spread of formulations, what was scored.
+ROW_ENDINGS = "", "_grade", "_of_spread", "_share"
 
 
 @dataclass(frozen=True)
@@ -82,41 +95,45 @@ class Collation:
 
 
 def collate(folder: Path, store: Path, jobs: int | None = None, leave_out: Path | None = None,
-            done: Callable[[], object] = lambda: None, references: Mapping[Task, Reference] | None = None) -> Collation:
+            references: Mapping[Task, Reference] | None = None) -> Collation:
     """Read a folder of codes, but for what `store`, a folder that is there, keeps of an earlier time.
 
-    jobs: files that are read at the same time. leave_out: a folder that is no code. done: called after each file.
-    references: what the files of a simulation are scored against. Error if the folder cannot be read, or a reference that is
-    needed.
+    jobs: files that are read at the same time. leave_out: a folder that is no code. references: what the files of a simulation are
+    scored against. Error if the folder cannot be read, or a reference that is needed.
     """
     codes, remarks = find_submissions(folder, leave_out)
     references = references or {}
     rigid = rigid_references(codes, references, store)
-    work = [Work(code.name, task, file, code.map, code.seconds.get(task.name, np.nan),
-                 rigid.get((code.name, task), references.get(task))) for code in codes for task, file in code.files.items()]
-    entries = {(code.name, task): entry for code in codes for task, entry in kept(store, code.name, code.files).items()}
-    program()       # once, before processes begin
-    work = [replace(one, key="" if isinstance(key, Error) else key)
-            for one, key in zip(work, side_by_side(key_of, work, jobs), strict=True)]
-    new = [one for one in work if not one.key or (entry := entries.get((one.code, one.task))) is None or entry.key != one.key]
+    found: dict[tuple[str, Task], Entry] = {}
+    new: list[Work] = []
+    computed: list[tuple[str, Task]] = []
+    for code in codes:
+        earlier = kept(store, code.name, code.files)
+        for task, file in code.files.items():
+            place = code.name, task
+            one = Work(*place, file, code.map, code.seconds.get(task.name, np.nan), rigid.get(place, references.get(task)))
+            try:
+                one = replace(one, key=key_of(one))
+            except Error as error:
+                found[place] = failed_entry(one, complaint(error, file))
+            if task in earlier and earlier[task].key == one.key:
+                found[place] = earlier[task]
+                continue
+            computed.append(place)
+            if one.key:
+                new.append(one)
     # Threads of OpenMP do not outlive a fork, so our own runs are computed before.
     for task in sorted({one.task for one in new if one.map is None and needs_map(one.file)}, key=TASKS.index):
         own_run(task)
     for reference in {one.reference.key: one.reference for one in new if one.reference}.values():
         read_reference(reference)       # once for all processes, and an Error here is that of no code
-    found: dict[tuple[str, Task], Entry] = {}
-    for group, at_once in by_memory(new, jobs):
-        for one, entry in zip(group, side_by_side(make_entry, group, at_once), strict=True):
-            found[one.code, one.task] = failed_entry(one.task, "", f"{printable(one.file.name)}: {entry}") \
-                if isinstance(entry, Error) else entry
-            done()
-    ordered = {(one.code, one.task): found.get((one.code, one.task)) or entries[one.code, one.task] for one in work}
+    for group in [one for one in new if one.size > LARGE], [one for one in new if one.size <= LARGE]:
+        found |= make_entries(group, jobs)
     for code in codes:
-        mine = {task: ordered[code.name, task] for task in code.files}
-        if any((code.name, task) in found for task in mine):
-            keep(store, code.name, mine)
-    return Collation(tuple(codes), ordered, tuple(remarks), tuple((one.code, one.task) for one in new),
-                     referred=tuple(task for task in TASKS if task in references),
+        if any(name == code.name for name, _ in computed):
+            keep(store, code.name, {task: found[code.name, task] for task in code.files})
+    ordered = {(code.name, task): found[code.name, task] for code in codes for task in code.files}
+    return Collation(tuple(codes), ordered, tuple(remarks), tuple(computed), referred=tuple(t for t in TASKS if t in references),
                      reference=next((printable(one.file.resolve().parent.name, 40) for one in references.values()), ""),
                      rigid=frozenset(rigid))
 
@@ -128,37 +145,37 @@ def rigid_references(codes: Sequence[Submission], references: Mapping[Task, Refe
     told = [(code.name, task, code.restitution) for code in codes if code.restitution is not None for task in code.files
             if task in references]
     elastic = {task for _, task, _ in told if not is_rigid(read_reference(references[task]), task)}
-    return {(name, task): reference_of(task, write_rigid_run(store/"rigid", task, restitution, program()), None)
+    return {(name, task): reference_of(task, write_rigid_run(store/"rigid", task, restitution, program()))
             for name, task, restitution in told if task in elastic}
 
 
-def side_by_side(work: Callable[[Work], Any], tasks: Sequence[Work], jobs: int | None) -> list[Any]:
-    """The results of some work in the order of the tasks, the largest file first.
+def make_entries(work: Sequence[Work], jobs: int | None) -> dict[tuple[str, Task], Entry]:
+    """The entries of files of a like size, the largest file first, as many at the same time as fit into memory.
 
     Where a process ends that worked on a file, as systems end what takes too much memory, the files that it left are taken once
-    more, each by a process of its own; then the result is the Error.
+    more, each by a process of its own.
     """
-    order = sorted(range(len(tasks)), key=lambda k: -tasks[k].size)
+    order = sorted(work, key=lambda one: -one.size)
     if not order:
-        return []
-    with processes(jobs, len(order)) as pool:
-        asked = {k: pool.submit(work, tasks[k]) for k in order}
-        found = {k: result_or_error(asked[k].result) for k in order}
-    for k in order:
-        if isinstance(found[k], Error):
+        return {}
+    fitting = max(1, int(MEMORY/(PER_BYTE*max(order[0].size, 1))))
+    with processes(min(jobs or usable_cores(), fitting), len(order)) as pool:
+        first = [finished(future) for future in [pool.submit(make_entry, one) for one in order]]
+    found: dict[tuple[str, Task], Entry] = {}
+    for one, entry in zip(order, first, strict=True):
+        if entry is None:
             with processes(1, 1) as pool:
-                found[k] = result_or_error(pool.submit(work, tasks[k]).result)
-    return [found[k] for k in range(len(tasks))]
+                entry = finished(pool.submit(make_entry, one))
+        found[one.code, one.task] = entry or failed_entry(one, f"{printable(one.file.name)}: {PROCESS_DIED}")
+    return found
 
 
-def result_or_error(result: Callable[[], Any]) -> Any:
-    """A result, or the Error instead of it."""
+def finished(asked: Future[Entry]) -> Entry | None:
+    """The result of a process; None where it ended before."""
     try:
-        return result()
+        return asked.result()
     except BrokenExecutor:
-        return Error(PROCESS_DIED)
-    except Error as error:
-        return error
+        return None
 
 
 def needs_map(file: Path) -> bool:
@@ -169,36 +186,31 @@ def needs_map(file: Path) -> bool:
         return False
 
 
-def by_memory(work: Sequence[Work], jobs: int | None) -> list[tuple[list[Work], int | None]]:
-    """The files in groups, each with how many may be read at the same time."""
-    large = [one for one in work if one.size > LARGE]
-    small = [one for one in work if one.size <= LARGE]
-    found: list[tuple[list[Work], int | None]] = []
-    if large:
-        fitting = max(1, int(MEMORY/(PER_BYTE*max(one.size for one in large))))
-        found.append((large, min(fitting, jobs) if jobs else fitting))
-    return [*found, (small, jobs)] if small else found
+def row_of(one: Score, ending: str) -> tuple[float, str]:
+    """The value of a row of the table, and why it is NaN. ending: of the name of the row."""
+    if np.isnan(one.difference):
+        return np.nan, one.reason or "no difference is known"
+    value, why = {"": (one.difference, ""), "_share": (one.share, ""),
+                  "_grade": (np.nan if one.grade is None else one.grade, f"beyond {GRADES[-1]:g}"),
+                  "_of_spread": (one.of_spread, "the spread of this quantity is not known")}[ending]
+    return value, "" if np.isfinite(value) else why
 
 
 def write_csv(found: Collation, target: Path) -> None:
     """Write a row for each code, simulation and number, SI units; the rows of a code depend on no other code."""
-    import pandas as pd
-
     rows: list[tuple[str, str, str, float | None, str, str]] = []
-    for code in found.codes:
-        for task in found.tasks:
-            entry = found.entry(code, task)
-            missing = "not submitted" if entry is None else entry.error
-            for name in names_of(task):
-                number = entry.numbers.get(name) if entry else None
-                value = number.value if number else np.nan
-                rows.append((code.name, task.name, name, value, SI[name], (number.reason if number else "") or
-                             ("" if np.isfinite(value) else missing or "not computed")))
-            for kind, ending in product(GRADED, ROW_ENDINGS) if found.referred else ():
-                value, why = row_of(found.grade(code, task, kind), ending)
-                rows.append((code.name, task.name, f"score_{kind}{ending}", value, "1",
-                             why or (found.against(code, task) if not ending else "")))
-            for name in VERDICTS.values():
-                count = entry.verdict.get(name) if entry else None
-                rows.append((code.name, task.name, f"checks_{name}", count, "1", "" if count is not None else missing))
+    for code, task in product(found.codes, found.tasks):
+        entry = found.entry(code, task)
+        missing = "not submitted" if entry is None else entry.error
+        for name in names_of(task):
+            number = entry.numbers.get(name) if entry else None
+            value, why = number or (np.nan, missing or "not computed")
+            rows.append((code.name, task.name, name, value, SI[name], why))
+        for kind, ending in product(GRADED, ROW_ENDINGS) if found.referred else ():
+            value, why = row_of(found.grade(code, task, kind), ending)
+            rows.append((code.name, task.name, f"score_{kind}{ending}", value, "1",
+                         why or ("" if ending else found.against(code, task))))
+        for name in VERDICTS.values():
+            count = entry.verdict.get(name) if entry else None
+            rows.append((code.name, task.name, f"checks_{name}", count, "1", "" if count is not None else missing))
     write_frame(pd.DataFrame(rows, columns=["code", "simulation", "number", "value", "unit", "remark"]), target)

@@ -12,16 +12,15 @@ from ldbench.results.quantities import CONTACT_NAMES, KN
 from ldbench.viewer.page import FOLDER as VIEWER, Page, fill
 
 from .collation import Collation
-from .collation_pdf import main_number, shade, shown_until
+from .collation_pdf import opening, shown_until
 from .kept_entries import IMPACTS, Entry
-from .round_numbers import NUMBERS, names_of
+from .round_numbers import NUMBERS, main_number, names_of
 from .submissions import FACTS
 from .tasks import Task
 
 STATIC = Path(__file__).resolve().parent/"static"
 SCRIPTS = VIEWER/"decode.js", STATIC/"collation.js"
 POINTS = 200            # columns of a curve, of each the smallest and the largest value
-STEPS = 20_000          # of time and of values over the range of a curve
 CHARTS = {"Y": ("lateral displacement Y", "mm", 1e3), "roll": ("roll Φ", "mrad", 1e3), "energy": ("energy − start", "J", 1.0),
           **{name: (f"normal force, {CONTACT_NAMES[name[2:]]}, first contact", "kN", KN) for name in IMPACTS}}
 
@@ -32,8 +31,7 @@ def make_page(found: Collation, title: str = "Collation of codes") -> Page:
         "title": title, "version": __version__, "lines": found.lines(), "keys": FACTS,
         "tasks": [{"name": task.name, "words": task.words, "main": main_number(task), "numbers": names_of(task)}
                   for task in found.tasks],
-        "numbers": {name: {"words": one.words, "short": one.short, "unit": one.unit, "scale": one.scale, "digits": one.digits}
-                    for name, one in NUMBERS.items()},
+        "numbers": {name: one._asdict() for name, one in NUMBERS.items()},
         "charts": [{"name": name, "words": words, "unit": unit, "scale": scale, "impact": name in IMPACTS}
                    for name, (words, unit, scale) in CHARTS.items()],
         "codes": [{"name": code.name, "facts": dict(code.facts), "entries": [entry_facts(found.entry(code, task), task)
@@ -46,25 +44,15 @@ def entry_facts(entry: Entry | None, task: Task) -> dict[str, Any] | None:
     if entry is None:
         return None
     known = {name: entry.numbers[name] for name in names_of(task) if name in entry.numbers}
-    return {"shade": shade(entry), "error": entry.error, "findings": list(entry.findings), "verdict": dict(entry.verdict),
+    return {"shade": entry.shade, "error": entry.error, "findings": list(entry.findings), "verdict": dict(entry.verdict),
             "until": rounded(shown_until(entry)),
             "numbers": {name: rounded(x.value) for name, x in known.items()},
             "reasons": {name: x.reason for name, x in known.items() if x.reason},
-            "curves": {name: packed_curve(*curve) for name, curve in entry.curves.items() if len(curve[0]) > 1}}
+            "opening": {name: rounded(opening(*entry.curves[name])) for name in IMPACTS if name in entry.curves},
+            "curves": {name: [[rounded(x, 5) for x in numbers] for numbers in thin(*curve, POINTS)]
+                       for name, curve in entry.curves.items() if len(curve[0]) > 1}}
 
 
-def rounded(x: float) -> float | None:
-    """A number with seven digits; None for NaN."""
-    return float(f"{x:.7g}") if np.isfinite(x) else None
-
-
-def packed_curve(t: np.ndarray, x: np.ndarray) -> dict[str, Any]:
-    """A curve as whole numbers, each the difference from the one before; an empty value is None."""
-    t, x = thin(t.astype(float), x.astype(float), POINTS)
-    known = np.isfinite(x)
-    low, high = (float(x[known].min()), float(x[known].max())) if known.any() else (0.0, 0.0)
-    time, step = (float(t[-1] - t[0]) or 1.0)/STEPS, (high - low)/STEPS or 1.0
-    places = np.rint((t - t[0])/time).astype(int)
-    levels = np.where(known, np.rint((np.where(known, x, low) - low)/step), 0).astype(int)
-    return {"t": [float(f"{t[0]:.8g}"), time], "x": [low, step], "dt": np.diff(places, prepend=0).tolist(),
-            "dx": np.diff(levels, prepend=0).tolist(), "gaps": np.flatnonzero(~known).tolist()}
+def rounded(x: float, digits: int = 7) -> float | None:
+    """A number with some digits; None for what is none."""
+    return float(f"{x:.{digits}g}") if np.isfinite(x) else None

@@ -11,7 +11,7 @@ from ldbench.results.quantities import GRAVITY, quantity
 from ldbench.results.run_data import RunData
 
 from .findings import Finding, judged
-from .inertia_checks import lateral_work
+from .row_checks import lateral_work
 
 #: The sums that a file may give, with their parts; the elastic energy of the contacts belongs to the potential energy.
 KINETIC, POTENTIAL = "KE", "PE"

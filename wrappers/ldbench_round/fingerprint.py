@@ -5,7 +5,7 @@ Everything is fitted to columns of the call. A number has an uncertainty, or the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
@@ -17,17 +17,31 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.tools import counted
 
-from .blows import GIVES, LEAST_FORCE, TELLING_ROWS, Blow, blows, lacking
-from .estimate import Estimate, combined, untold
-from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, restitution_of, step_of, typical_interval
+from .blows import (
+    BY_DEPTH,
+    BY_RATE,
+    GIVES,
+    LEAST_FORCE,
+    LEAST_ROWS,
+    NONE,
+    TELLING_ROWS,
+    Blow,
+    Law,
+    blows,
+    fit_law,
+    lacking,
+    uncertainties,
+)
+from .findings import Estimate, combined
+from .jumps import INTERPOLATED, SHORT, Jump, centred, jumps, step_of, typical_interval
 from .lattice import bends, digit_noise, find_lattice
-from .place_checks import axle_height
-from .stiffness import BY_DEPTH, BY_RATE, LEAST_ROWS, NONE, Law, fit_law, uncertainties
+from .row_checks import axle_height
 from .submissions import quiet
 from .tasks import Task
 
 ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
 USED = 4                # blows that are fitted
+COUNTED = 5             # jumps from which restitution is told
 GIVES_NOT = 0.01        # approach over that of steel, below which a contact is rigid
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
@@ -49,10 +63,6 @@ NEIGHBOUR = 2*REACH/(SHIFTS - 1)
 NEARBY = 1e-7           # shift for the rate of our force [m]
 
 
-#: The numbers of a law of contact.
-LAW = "exponent", "closing", "opening", "force", "hertz", "restitution", "loss", "damping"
-
-
 @dataclass(frozen=True)
 class Fingerprint:
     """What a file tells of its code."""
@@ -60,22 +70,16 @@ class Fingerprint:
     run: str                    # name of the file
     kind: str                   # 'elastic', 'rigid', or neither
     because: str                # what that rests upon
+    step: Estimate              # [s]
+    pitch: Estimate             # of a contact table over Y [m]
     exponent: Estimate          # n of N = k δⁿ
-    closing: Estimate           # n while the contact closes
-    opening: Estimate           # n while the contact opens
     force: Estimate             # elastic force at the approach [N]
-    approach: float             # that the blows reach on the average [m]
     hertz: Estimate             # that force over our Hertzian one
     restitution: Estimate       # of flange impacts
     loss: Estimate              # share of the energy of an impact that it takes
     damping: Estimate           # [s/m] or [N s/m]
-    damping_kind: str
-    step: Estimate              # [s]
-    pitch: Estimate             # of a contact table over Y [m]
-
-    def facts(self) -> dict[str, Any]:
-        """The numbers for other programs, SI units."""
-        return asdict(self)
+    approach: float = np.nan    # that the blows reach on the average [m]
+    damping_kind: str = ""
 
     @property
     def sentence(self) -> str:
@@ -113,37 +117,36 @@ def hertz_table(profiles: str) -> ContactTable:
 def fingerprint(run: RunData, task: Task) -> Fingerprint:
     """Fit a fingerprint to a run whose columns are ours, in SI units."""
     case = Case.exercise(task.exercise, task.profiles)
-    height = axle_height(case)
     contacts = [c for c in ("LF", "RF") if not lacking(run, [c])]
-    missing = f"needs {', '.join(lacking(run, ['LF']))}" if not contacts else ""
     step = step_of(run)
     timed = centred(run, step)
-    all_blows, lowered = (sorted((blow for c in contacts for blow in blows(timed, c, height, LEAST_FORCE, softness)),
-                                 key=lambda blow: blow.interval.start) for softness in (0.0, half_space_softness(case)))
+    apart, together = (sorted((blow for c in contacts for blow in blows(timed, c, axle_height(case), LEAST_FORCE, softness)),
+                              key=lambda blow: blow.interval.start) for softness in (0.0, half_space_softness(case)))
     found = jumps(run, case)
-    kind, because = kind_of(run, [blow for blow in all_blows if blow.time.size >= TELLING_ROWS], found, missing)
-    pitch = pitch_of(run, step)
-    law = partial(Fingerprint, run.name, kind, because, step=step, pitch=pitch)
+    kind, because = kind_of(run, [blow for blow in apart if blow.time.size >= TELLING_ROWS], found,
+                            "" if contacts else f"needs {', '.join(lacking(run, ['LF']))}")
+    law = partial(Fingerprint, run.name, kind, because, step, pitch_of(run, step))
     if kind == RIGID:
-        restitution = restitution_of(found)
-        loss = Estimate(1 - restitution.value**2, 2*max(abs(restitution.value), restitution.uncertainty)*restitution.uncertainty,
-                        why=restitution.why) if restitution.known else untold(restitution.why)
+        first = sorted(found[:2*COUNTED], key=lambda jump: -jump.size)[:COUNTED]
+        # Digits and the rows about the impact leave this much.
+        e = combined([jump.restitution for jump in first], [jump.uncertainty for jump in first], floor=2e-3,
+                     why=f"velocities before and after {len(first)} impacts" if first else "no impact")
+        loss = replace(e, value=1 - e.value**2, uncertainty=2*max(abs(e.value), e.uncertainty)*e.uncertainty)
         return law(**without_law("rigid contacts have no stiffness") | {
-            "restitution": restitution, "loss": loss, "damping": untold("rigid contacts lose energy by restitution")})
+            "restitution": e, "loss": loss, "damping": Estimate(why="rigid contacts lose energy by restitution")})
     if kind != ELASTIC:
         return law(**without_law(because))
     # Rows between steps tell nothing that the steps do not.
     interval = np.nanmax([typical_interval(run), step.value])
     used, pressed = ([blow for blow in some if blow.time.size >= LEAST_ROWS and blow.interval.duration/interval >= LEAST_ROWS
-                      and blow.approach_share > GIVES][:USED] for some in (all_blows, lowered))
-    if not used:
-        return law(**without_law(f"no blow of a flange has {LEAST_ROWS} rows or steps"))
-    return law(**of_blows(timed, task, used, pressed))
+                      and blow.approach_share > GIVES][:USED] for some in (apart, together))
+    return law(**of_blows(timed, task, used, pressed) if used else
+               without_law(f"no blow of a flange has {LEAST_ROWS} rows or steps"))
 
 
 def without_law(why: str) -> dict[str, Any]:
     """No numbers of a law of contact, and why."""
-    return dict.fromkeys(LAW, untold(why)) | {"approach": np.nan, "damping_kind": ""}
+    return dict.fromkeys(("exponent", "force", "hertz", "restitution", "loss", "damping"), Estimate(why=why))
 
 
 def half_space_softness(case: Case) -> float:
@@ -184,37 +187,34 @@ def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence
         return mean_misfit(found[3]) + float(np.mean([max(-loss.value, 0.0) for loss in found[1] if loss.known] or [0.0]))
 
     used, losses, kind, laws = min((with_laws(some) for some in (apart, together) if some), key=unlikely)
-    first = losses[0]
-    pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
-    branch = {way: [law for blow in used if (law := fit_law(blow, NONE, way))] for way in (1, -1)}
-    numbers = without_law(f"no law N = k δⁿ fits a blow within {100*POOR:g} % of its peak")
-    if pairs:
-        middle = float(np.median([mean_approach(blow, law) for blow, law in pairs]))
-        ratios = [hertz_ratio(run, blow, law, task) for blow, law in pairs]
-        # The force at the common approach is farther from the data than that at the approach of each blow.
-        away = [abs(np.log(middle/mean_approach(blow, law)))*law.u_n for blow, law in pairs]
-        forces = [(f := law.force(middle), f*np.hypot(law.u_log_k, a)) for (_, law), a in zip(pairs, away, strict=True)]
-        what = counted(len(pairs), "blow") + " of flanges"
-        damping = combined([law.damping for _, law in pairs], [law.u_damping for _, law in pairs],
-                           "N s/m" if kind == BY_RATE else "s/m", what, floor=ROWS*abs(pairs[0][1].damping))
-        if kind == NONE:
-            unseen = [(law, hidden_damping(blow, loss)) for blow, loss in zip(used, losses, strict=True)
-                      if (law := fit_law(blow, BY_DEPTH))]
-            damping = combined([law.damping for law, _ in unseen], [max(law.u_damping, hidden) for law, hidden in unseen], "s/m",
-                               "none seen", hidden_damping(used[0], first))
-        numbers |= {
-            "exponent": combined([law.n for _, law in pairs], [law.u_n for _, law in pairs], why=what, floor=0.5*ROWS),
-            "force": combined([f for f, _ in forces], [u for _, u in forces], "N", what, floor=0.5*ROWS*forces[0][0]),
-            "hertz": combined([x for x, _ in ratios], [u for _, u in ratios], why=what if np.isfinite(ratios).any() else UNLIKE),
-            "approach": middle, "damping": damping, "damping_kind": kind}
-    restitution = untold(first.why)
+    first, restitution = losses[0], Estimate(why=losses[0].why)
     if first.known:
         e = float(np.sqrt(max(1 - first.value, 0.0)))
         restitution = Estimate(e, first.uncertainty/(2*max(e, 0.1)), why="energy that comes back from the first blow")
-    return {**numbers, "loss": first, "restitution": restitution,
-            **{name: combined([law.n for law in branch[way]], [law.u_n for law in branch[way]], why="the branch alone, no damping",
-                              floor=0.5*ROWS) if branch[way] else untold(f"fewer than {LEAST_ROWS} rows on the branch")
-               for name, way in (("closing", 1), ("opening", -1))}}
+    known = without_law(f"no law N = k δⁿ fits a blow within {100*POOR:g} % of its peak") | {
+        "loss": first, "restitution": restitution}
+    pairs = [(blow, law) for blow, law in zip(used, laws, strict=True) if law and law.misfit < POOR]
+    if not pairs:
+        return known
+    approaches = [mean_approach(blow, law) for blow, law in pairs]
+    middle, own = float(np.median(approaches)), [law for _, law in pairs]
+    ratios = [hertz_ratio(run, blow, law, task) for blow, law in pairs]
+    forces = [law.force(middle) for law in own]
+    # The force at the common approach is farther from the data than that at the approach of each blow.
+    u_forces = [f*np.hypot(law.u_log_k, abs(np.log(middle/d))*law.u_n) for f, law, d in zip(forces, own, approaches, strict=True)]
+    what = counted(len(pairs), "blow") + " of flanges"
+    damping = combined([law.damping for law in own], [law.u_damping for law in own], "N s/m" if kind == BY_RATE else "s/m", what,
+                       floor=ROWS*abs(own[0].damping))
+    if kind == NONE:
+        unseen = [(law, hidden_damping(blow, loss)) for blow, loss in zip(used, losses, strict=True)
+                  if (law := fit_law(blow, BY_DEPTH))]
+        damping = combined([law.damping for law, _ in unseen], [max(law.u_damping, hidden) for law, hidden in unseen], "s/m",
+                           "none seen", hidden_damping(used[0], first))
+    return known | {
+        "exponent": combined([law.n for law in own], [law.u_n for law in own], why=what, floor=0.5*ROWS),
+        "force": combined(forces, u_forces, "N", what, floor=0.5*ROWS*forces[0]),
+        "hertz": combined([x for x, _ in ratios], [u for _, u in ratios], why=what if np.isfinite(ratios).any() else UNLIKE),
+        "approach": middle, "damping": damping, "damping_kind": kind}
 
 
 def hidden_damping(blow: Blow, loss: Estimate) -> float:
@@ -242,15 +242,15 @@ def mean_approach(blow: Blow, law: Law) -> float:
 def loss_of(blow: Blow) -> Estimate:
     """Share of the energy that a blow takes; what either half of the rows would give tells the uncertainty."""
     put_in, back = blow.energy
-    halves = [Blow(blow.interval, blow.time[half], blow.force[half], blow.closing[half], blow.approach[half], blow.angle[half],
-                   blow.lowered[half]).energy for half in (slice(0, None, 2), slice(1, None, 2))]
+    halves = [Blow(blow.interval, *(x[half::2] for x in (blow.time, blow.force, blow.closing, blow.approach, blow.angle,
+                                                         blow.lowered))).energy for half in (0, 1)]
     if min(put_in, *(energy for energy, _ in halves)) <= 0:
-        return untold("no energy in the blow")
+        return Estimate(why="no energy in the blow")
     loss = 1 - back/put_in
     rough = max(abs(1 - there/energy - loss) for energy, there in halves)
     u = float(np.hypot(np.hypot(rough, LOOP), SPREAD*np.ptp(blow.lowered)/np.ptp(blow.approach)))
     if u > ROUGH:
-        return untold(f"{blow.time.size} rows are too few for the loop of the force over the approach")
+        return Estimate(why=f"{blow.time.size} rows are too few for the loop of the force over the approach")
     return Estimate(loss, u, why="loop of the normal force over the approach, first blow")
 
 
@@ -294,9 +294,9 @@ def hertz_ratio(run: RunData, blow: Blow, law: Law, task: Task) -> tuple[float, 
 def pitch_of(run: RunData, step: Estimate) -> Estimate:
     """The pitch of a contact table over Y, from steps and kinks of the contact angles."""
     if "Y" not in run.data:
-        return untold("no Y", "m")
+        return Estimate(unit="m", why="no Y")
     if step.why == INTERPOLATED:
-        return untold("rows are interpolated between steps, whose kinks hide those of a table", "m")
+        return Estimate(unit="m", why="rows are interpolated between steps, whose kinks hide those of a table")
     y, groups = run.values("Y"), []
     for contact in CONTACTS:
         if f"angle_{contact}" not in run.data or f"N_{contact}" not in run.data:

@@ -1,7 +1,7 @@
 """Velocities that jump between two rows, as those of rigid codes do, and the step of an integrator that writes every step."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .blows import first_blow_gives
-from .estimate import Estimate, combined, untold
-from .lattice import Bends, bends, digit_noise, find_lattice
+from .findings import Estimate
+from .lattice import bends, digit_noise, find_lattice
 from .submissions import quiet
 from .tasks import Task
 
@@ -19,7 +19,6 @@ IMPULSES = tuple(f"P_{contact}" for contact in CONTACTS)
 VELOCITIES, ACCELERATIONS = ("vY", "vZ", "roll_rate"), ("aY", "aZ", "roll_acc")
 LARGE = 0.1             # of the largest velocity, in the kinetic norm, from which a jump is one
 NEARLY = 0.1            # share of a change of velocity that accelerations may leave unexplained, where nothing jumps
-COUNTED = 5             # jumps from which restitution is told
 SHORT = 0.25e-3         # interval of rows in which no elastic impact of steel begins and ends [s]: it lasts some milliseconds
 RELATION = 0.05         # share of what a smooth motion leaves of a relation, below which the relation is that of the code
 INFORMATIVE = 30.0      # times the rounding that a smooth motion has to leave of a relation
@@ -39,11 +38,6 @@ class Jump:
     size: float             # over the largest velocity, in the kinetic norm
 
 
-def inertia_of(case: Case) -> np.ndarray:
-    """Mass, mass and roll inertia, (3,) [kg, kg, kg m2]."""
-    return np.array([case.mass, case.mass, case.roll_inertia])
-
-
 def jumps(run: RunData, case: Case) -> list[Jump]:
     """The jumps of a file.
 
@@ -52,13 +46,12 @@ def jumps(run: RunData, case: Case) -> list[Jump]:
     """
     if any(name not in run.data for name in VELOCITIES):
         return []
-    v, a = columns(run, VELOCITIES), np.nan_to_num(columns(run, ACCELERATIONS))
+    v, a, dt = columns(run, VELOCITIES), np.nan_to_num(columns(run, ACCELERATIONS)), np.diff(run.time)[:, None]
     if not np.isfinite(v).all():
         return []
-    mass, dt = inertia_of(case), np.diff(run.time)[:, None]
+    mass = np.array([case.mass, case.mass, case.roll_inertia])
     largest = float(np.sqrt(np.max(v**2 @ mass)))
-    unexplained = np.diff(v, axis=0) - dt*(a[1:] + a[:-1])/2
-    size = np.sqrt(unexplained**2 @ mass)/max(largest, 1e-300)
+    size = np.sqrt((np.diff(v, axis=0) - dt*(a[1:] + a[:-1])/2)**2 @ mass)/max(largest, 1e-300)
     found = []
     for k in np.flatnonzero(size > LARGE):
         if max(size[max(k - 1, 0):k].max(initial=0), size[k + 1:k + 2].max(initial=0)) > LARGE/3:
@@ -100,17 +93,8 @@ def jump_intervals(run: RunData, case: Case) -> np.ndarray:
         return np.zeros(run.time.size - 1, bool)
     v, a = columns(run, VELOCITIES), columns(run, ACCELERATIONS)
     explained = np.diff(run.time)[:, None]*(a[1:] + a[:-1])/2
-    mass = inertia_of(case)
-    left, usual = (np.sqrt(x**2 @ mass) for x in (np.diff(v, axis=0) - explained, explained))
-    return ~(left <= NEARLY*usual)
-
-
-def restitution_of(found: list[Jump]) -> Estimate:
-    """Restitution from the largest of the first jumps."""
-    first = sorted(found[:2*COUNTED], key=lambda jump: -jump.size)[:COUNTED]
-    # Digits and the rows about the impact leave this much.
-    return combined([jump.restitution for jump in first], [jump.uncertainty for jump in first], floor=2e-3,
-                    why=f"velocities before and after {len(first)} impacts" if first else "no impact")
+    mass = np.array([case.mass, case.mass, case.roll_inertia])
+    return ~((np.diff(v, axis=0) - explained)**2 @ mass <= NEARLY**2*(explained**2 @ mass))
 
 
 def typical_interval(run: RunData) -> float:
@@ -122,17 +106,15 @@ def typical_interval(run: RunData) -> float:
 
 def step_of(run: RunData) -> Estimate:
     """The time step, where rows are steps, or where rows are interpolated between steps."""
-    nothing = "rows are not single steps, nor interpolated between steps"
     pairs = [(v, a) for v, a in zip(VELOCITIES, ACCELERATIONS, strict=True) if v in run.data and a in run.data]
     step = typical_interval(run)
-    if pairs and np.isfinite(step):
-        for words, points in (ONE_FORCE, 1), (TWO_FORCES, 2):
-            if all_fit(run, pairs, step, points):
-                return Estimate(step, 1e-3*step, "s", words)
-    found = find_lattice(velocity_bends(run), "s", nothing)
-    if found.known:
-        return Estimate(found.value, found.uncertainty, "s", INTERPOLATED)
-    return found if pairs else untold("no velocities with accelerations", "s")
+    for words, points in (ONE_FORCE, 1), (TWO_FORCES, 2):
+        if pairs and all_fit(run, pairs, step, points):
+            return Estimate(step, 1e-3*step, "s", words)
+    velocities = [run.values(name) for name in VELOCITIES if name in run.data]
+    nothing = "rows are not single steps, nor interpolated between steps" if pairs else "no velocities with accelerations"
+    found = find_lattice([bends(run.time, x, digit_noise(x)) for x in velocities if np.isfinite(x).all()], "s", nothing)
+    return replace(found, why=INTERPOLATED) if found.known else found
 
 
 def centred(run: RunData, step: Estimate) -> RunData:
@@ -151,12 +133,6 @@ def centred(run: RunData, step: Estimate) -> RunData:
     return RunData(run.file, header=run.header, data=run.data.assign(**moved))
 
 
-def velocity_bends(run: RunData) -> list[Bends]:
-    """Kinks of the velocities over time."""
-    usable = [run.values(name) for name in VELOCITIES if name in run.data]
-    return [bends(run.time, x, digit_noise(x)) for x in usable if np.isfinite(x).all()]
-
-
 def all_fit(run: RunData, pairs: list[tuple[str, str]], step: float, points: int) -> bool:
     """Whether velocities and accelerations obey a rule with one force or two, far better than a smooth motion does.
 
@@ -173,11 +149,8 @@ def all_fit(run: RunData, pairs: list[tuple[str, str]], step: float, points: int
         change, first = np.diff(v), np.diff(a)
         second = np.concatenate([[0.0], np.minimum(np.abs(first[2:] - first[1:-1]), np.abs(first[1:-1] - first[:-2])), [0.0]])
         noise = 2*digit_noise(v) + step*digit_noise(a)
-        left: list[np.ndarray]
-        if points == 1:
-            expected, left = step/2*np.abs(first), [np.abs(change - step*a[:-1]), np.abs(change - step*a[1:])]
-        else:
-            expected, left = step/12*second, [np.abs(change - step*(a[1:] + a[:-1])/2)]
+        expected = step/2*np.abs(first) if points == 1 else step/12*second
+        left = [np.abs(change - step*force) for force in ((a[:-1], a[1:]) if points == 1 else ((a[1:] + a[:-1])/2,))]
         told = equal & (expected > INFORMATIVE*noise)
         informative += int(told.sum())
         fits += max(int(np.sum(told & (rest < RELATION*expected))) for rest in left)

@@ -1,8 +1,6 @@
-"""What a collation keeps of one file: numbers, verdict, and curves as they are drawn, computed once.
+"""What a collation keeps of one file: numbers, verdict, grades, and curves as they are drawn, computed once.
 
-The file of a code holds the entries of its simulations under a key that changes with the bytes of the file, the map, the
-processor time that the submission tells, the reference that the file is scored against, and the program. So a late submission
-costs its own column alone.
+The key of an entry changes with all that it depends on, so that a late submission costs its own files alone.
 """
 from __future__ import annotations
 
@@ -11,7 +9,7 @@ import json
 import re
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,21 +21,25 @@ from ldbench.results.run_data import RunData
 from ldbench.tools import complete, digest, program_digest
 
 from .check import findings_of, read_submitted
+from .energies import ENERGIES
 from .findings import DOUBTFUL, FAILED
-from .inertia_checks import has
-from .jumps import is_rigid
+from .jumps import IMPULSES, is_rigid
+from .metrics import MATCHED_BEYOND, score
+from .own_runs import horizon
 from .physics_checks import energy_balance
-from .round_grades import Reference, digest_of, graded, read_reference
-from .round_numbers import Number, first_impact, names_of, numbers_of, verdict_counts
-from .scores import Score
-from .submissions import complaint, printable, quiet
-from .tasks import Task
+from .round_numbers import VERDICTS, Number, first_impact, names_of, numbers_of
+from .row_checks import has
+from .scores import GRADED, Score, unscored
+from .submissions import complaint, find_files, printable, quiet, reason
+from .tasks import QUANTITIES, Task, task_of
 
+LARGEST = 300_000_000           # of a file that is read [bytes]: 2 GB of memory hold it
 COLUMNS = 300                   # of a curve over the whole run: of each the smallest and the largest value are kept
 CLOSE = -1e-3, 14e-3            # around the first contact of a flange, in which every row is kept [s]
 CLOSE_COLUMNS = 600
 OVERALL = "Y", "roll", "energy"
 IMPACTS = "N_LF", "N_RF"
+NEEDED = {"time", *QUANTITIES, *ENERGIES, *IMPULSES}        # of a reference, for scores
 SCORED_AS_ELASTIC = ("scored against elastic contacts, but the file has rigid ones: restitution = e in submission.toml has it "
                      "scored against our own run with rigid contacts and that restitution")
 SHOWN_FINDINGS = 12             # of a file
@@ -45,6 +47,65 @@ SHOWN_FINDINGS = 12             # of a file
 Curve = tuple[np.ndarray, np.ndarray]       # time and values, SI, in single precision
 
 
+# ---- references ----------------------------------------------------------------------
+@dataclass(frozen=True)
+class Reference:
+    """The file of a simulation that others are scored against."""
+
+    task: Task
+    file: Path
+    key: str                            # changes with the bytes of the file
+
+
+def find_references(path: Path) -> dict[Task, Reference]:
+    """The references of a folder of column files, or of one file. Error if the folder or a file cannot be read, if no file is of a
+    simulation, or two are of the same one."""
+    if not path.exists():
+        raise Error(f"{path}: expected a folder of column files as the reference, or one such file, found none")
+    try:
+        files = find_files(path, [], strict=True) if path.is_dir() else {task: path for task in [task_of(path)] if task}
+    except OSError as error:
+        raise Error(f"{path}: expected a reference that can be read, found {reason(error)}") from None
+    if not files:
+        raise Error(f"{path}: expected names of files that say the simulation, as ex2_aw.txt, for the reference, found none")
+    return {task: reference_of(task, file) for task, file in files.items()}
+
+
+def reference_of(task: Task, file: Path) -> Reference:
+    """The reference of a simulation. Error where its file cannot be read."""
+    try:
+        return Reference(task, file, digest(f"{digest_of(file)} {task.name}".encode()))
+    except Error as error:
+        raise Error(f"{file.parent}/{error}") from None
+
+
+def digest_of(file: Path) -> str:
+    """The digest of a file's bytes. Error where it cannot be read or is too large."""
+    try:
+        if (size := file.stat().st_size) > LARGEST:
+            raise Error(f"{file.name}: expected at most {LARGEST/1e6:.0f} MB, found {size/1e6:.0f} MB")
+        return digest(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise Error(f"{printable(file.name)}: cannot be opened for reading: {reason(error)}") from None
+
+
+_READ: dict[str, RunData] = {}
+
+
+def read_reference(one: Reference) -> RunData:
+    """The columns and rows of a reference that scores need, read once. Error where there are none."""
+    if one.key not in _READ:
+        run = read_submitted(one.file, one.task).run
+        data = run.data[[name for name in run.data if name in NEEDED]]
+        if "time" not in data or len(data) < 2 or not np.isfinite(data.drop(columns="time")).any(axis=None):
+            raise Error(f"{one.file}: expected times, and numbers of the motion or of normal forces, found none")
+        # The row behind the last one that is matched: the reference is interpolated between rows.
+        rows = int(np.searchsorted(run.time, MATCHED_BEYOND*horizon(one.task), "right")) + 1
+        _READ[one.key] = RunData(one.file, header=run.header, data=data.iloc[:rows].copy())
+    return _READ[one.key]
+
+
+# ---- entries -------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Entry:
     """What is known of one simulation of one code."""
@@ -54,10 +115,14 @@ class Entry:
     verdict: Mapping[str, int] = field(default_factory=dict)        # how many checks passed, ...
     findings: tuple[str, ...] = ()                                  # what failed or is doubtful, a line each
     curves: Mapping[str, Curve] = field(default_factory=dict)       # of OVERALL over time, of IMPACTS from the first contact on
-    rows: int = 0
     error: str = ""                                                 # why there is none of this
-    grades: Mapping[str, Score] = field(default_factory=dict)      # differences from the reference, by the kinds of GRADED
+    grades: Mapping[str, Score] = field(default_factory=dict)       # differences from the reference, by the kinds of GRADED
     unscored: str = ""                                              # why there is a reference, but no grades
+
+    @property
+    def shade(self) -> str:
+        """The worst verdict."""
+        return "unusable" if self.error else next((one for one in ("failed", "doubtful") if self.verdict.get(one)), "passed")
 
 
 @dataclass(frozen=True)
@@ -70,20 +135,17 @@ class Work:
     map: Mapping[str, Any] | None
     seconds: float
     reference: Reference | None = None
-    key: str = ""           # see `key_of`; '' where the file cannot be read
+    key: str = ""           # see `key_of`
 
     @property
     def size(self) -> int:
-        """Size of the file [bytes]; 0 where it cannot be told."""
-        try:
-            return self.file.stat().st_size
-        except OSError:
-            return 0
+        """Size of the file [bytes]."""
+        return self.file.stat().st_size
 
 
-def failed_entry(task: Task, key: str, error: str) -> Entry:
+def failed_entry(one: Work, error: str) -> Entry:
     """The entry of a file that cannot be used."""
-    return Entry(key, {name: Number(np.nan, error) for name in names_of(task)}, error=error)
+    return Entry(one.key, {name: Number(np.nan, error) for name in names_of(one.task)}, error=error)
 
 
 def program() -> str:
@@ -97,28 +159,30 @@ def key_of(one: Work) -> str:
     return digest(repr(known).encode())
 
 
+@quiet()
 def make_entry(one: Work) -> Entry:
     """Read a file and compute what is kept of it, scores against a reference included; whatever is wrong with it becomes one
     line."""
-    file, task, reference = one.file, one.task, one.reference
+    file, task = one.file, one.task
     try:
-        if not one.key:
-            key_of(one)         # says why the file cannot be read
-        with quiet():
-            read = read_submitted(file, task, one.map)
-            run = read.run
-            check_rows(run)
-            findings = findings_of(read)
-            numbers = numbers_of(run, task, findings, one.seconds)
-            lines = [printable(f"{finding.verdict}: {finding.what}" + (f": {finding.hint}" if finding.hint else ""))
-                     for verdict in (FAILED, DOUBTFUL) for finding in findings if finding.verdict == verdict]
-            grades, unscored = graded(run, task, read_reference(reference)) if reference else ({}, "")
-            if reference and is_rigid(run, task) and not is_rigid(read_reference(reference), task):
+        read = read_submitted(file, task, one.map)
+        run = read.run
+        check_rows(run)
+        findings = findings_of(read)
+        lines = [printable(f"{finding.verdict}: {finding.what}" + (f": {finding.hint}" if finding.hint else ""))
+                 for verdict in (FAILED, DOUBTFUL) for finding in findings if finding.verdict == verdict]
+        grades: dict[str, Score] = {}
+        why = ""
+        if one.reference:
+            reference = read_reference(one.reference)
+            grades, why = graded(run, task, reference)
+            if is_rigid(run, task) and not is_rigid(reference, task):
                 lines.insert(0, SCORED_AS_ELASTIC)
-            return Entry(one.key, numbers, verdict_counts(findings), tuple(lines[:SHOWN_FINDINGS]), curves_of(run, task),
-                         len(run.time), grades=grades, unscored=unscored and f"{printable(file.name, 80)}: {unscored}")
+        counts = {name: sum(finding.verdict == verdict for finding in findings) for verdict, name in VERDICTS.items()}
+        return Entry(one.key, numbers_of(run, task, findings, one.seconds), counts, tuple(lines[:SHOWN_FINDINGS]),
+                     curves_of(run, task), grades=grades, unscored=why and f"{printable(file.name, 80)}: {why}")
     except Exception as error:
-        return failed_entry(task, one.key, complaint(error, file))
+        return failed_entry(one, complaint(error, file))
 
 
 def check_rows(run: RunData) -> None:
@@ -127,28 +191,33 @@ def check_rows(run: RunData) -> None:
         raise Error(f"{run.file}: expected a column that is the time, found none")
     if len(run.time) < 3:
         raise Error(f"{run.file}: expected three or more rows, found {len(run.time)}")
-    motion = [name for name in ("Y", "vY", "roll") if name in run.data]
-    if not motion or not any(np.isfinite(run.values(name)).any() for name in motion):
+    if not any(np.isfinite(run.values(name)).any() for name in ("Y", "vY", "roll") if name in run.data):
         raise Error(f"{run.file}: expected numbers of the lateral or roll motion, found none")
+
+
+def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Score], str]:
+    """The scores of a run by the kinds of GRADED, each with the share of its kind that was scored; or none, and why."""
+    try:
+        scores = score(run, reference, task)
+    except Exception as error:
+        return {}, f"not scored: {complaint(error, run.file)}"
+    return {kind: replace(one, share=scores.share_of(kind)) if (one := scores.graded(kind)) else
+            unscored(kind, "no number in common with the reference before the horizon") for kind in GRADED}, ""
 
 
 def curves_of(run: RunData, task: Task) -> dict[str, Curve]:
     """The curves of a run as they are drawn: over the whole run, and the forces of the flanges from their first contacts on."""
     t = run.time
-    found: dict[str, Curve] = {}
-    energy = energy_balance(run, Case.exercise(task.exercise, task.profiles))
     known = {name: run.values(name) for name in OVERALL if has(run, name)}
-    if energy is not None:
+    if (energy := energy_balance(run, Case.exercise(task.exercise, task.profiles))) is not None:
         known["energy"] = energy - energy[0]
-    for name, x in known.items():
-        found[name] = single(*thin(t, x, COLUMNS))
+    found = {name: single(*thin(t, x, COLUMNS)) for name, x in known.items()}
     for name in IMPACTS:
         impact = first_impact(run, name[2])
-        if not isinstance(impact, str) and has(run, name):
+        if not isinstance(impact, str):
             rows = slice(max(int(np.searchsorted(t, impact.start + CLOSE[0])) - 1, 0),
                          int(np.searchsorted(t, impact.start + CLOSE[1], "right")) + 1)
-            if rows.stop - rows.start > 1:
-                found[name] = single(*thin(t[rows] - impact.start, run.values(name)[rows], CLOSE_COLUMNS))
+            found[name] = single(*thin(t[rows] - impact.start, run.values(name)[rows], CLOSE_COLUMNS))
     return found
 
 

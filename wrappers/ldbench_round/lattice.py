@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .estimate import Estimate, untold
+from .findings import Estimate
 
 PROMINENT = 20.0        # times the median change of slope, from which a row is a kink
 LEAST_CELLS = 8         # of a lattice that have a kink of their own
@@ -65,23 +65,24 @@ def find_lattice(groups: Sequence[Bends], unit: str, nothing: str) -> Estimate:
     """
     spacing = float(np.median([one.spacing for one in groups])) if groups else 0.0
     groups = [one for one in groups if one.size.any()]
-    at, size = collected(groups)
-    if at.size < LEAST_CELLS or spacing <= 0:
-        return untold(nothing, unit)
-    reach = float(np.ptp(at))
-    frequencies = np.arange(LEAST_CELLS/2/reach, 1/(2.5*spacing), 1/(10*reach)) if reach > 0 else np.empty(0)
-    if not frequencies.size:
-        return untold(nothing, unit)
+    prominent = [(one.size > PROMINENT*np.median(one.size)) & (one.size > 1e-3*one.size.max()) for one in groups]
+    at = np.concatenate([[], *(one.at[rows] for one, rows in zip(groups, prominent, strict=True))])
+    size = np.concatenate([[], *(one.size[rows]/one.size.max() for one, rows in zip(groups, prominent, strict=True))])
+    reach = float(np.ptp(at)) if at.size else 0.0
+    if at.size < LEAST_CELLS or spacing <= 0 or reach <= 0:
+        return Estimate(unit=unit, why=nothing)
+    frequencies = np.arange(LEAST_CELLS/2/reach, 1/(2.5*spacing), 1/(10*reach))
     weight = np.minimum(size, np.median(size))
-    meeting = np.abs(turned(frequencies, at, weight))/weight.sum()
+    meeting = np.abs(turned(frequencies, at, weight))/weight.sum() if frequencies.size else np.zeros(1)
     high = np.flatnonzero(meeting > max(IN_STEP, 0.9*meeting.max()))
     if not high.size:
-        return untold(nothing, unit)
+        return Estimate(unit=unit, why=nothing)
     # The top of the first hill.
     first = high[0]
     while first + 1 < meeting.size and meeting[first + 1] > meeting[first]:
         first += 1
-    return refined(groups, at, weight, 1/float(frequencies[first]), spacing, unit, nothing)
+    pitch = refined(groups, at, weight, 1/float(frequencies[first]), spacing, unit)
+    return pitch or Estimate(unit=unit, why=nothing)
 
 
 def turned(frequencies: np.ndarray, at: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -94,38 +95,27 @@ def turned(frequencies: np.ndarray, at: np.ndarray, weight: np.ndarray) -> np.nd
     return ((first*weight) @ rest.T).ravel()[:frequencies.size]
 
 
-def collected(groups: Sequence[Bends]) -> tuple[np.ndarray, np.ndarray]:
-    """Where prominent changes of slope are, and their sizes over the largest of their group."""
-    at, size = [np.empty(0)], [np.empty(0)]
-    for one in groups:
-        prominent = (one.size > PROMINENT*np.median(one.size)) & (one.size > 1e-3*one.size.max())
-        at.append(one.at[prominent])
-        size.append(one.size[prominent]/one.size.max())
-    return np.concatenate(at), np.concatenate(size)
-
-
-def refined(groups: Sequence[Bends], at: np.ndarray, weight: np.ndarray, pitch: float, spacing: float, unit: str,
-            nothing: str) -> Estimate:
-    """The distance by a line through the kinks over their numbers, if nearly all kinks are near the lattice, and few rows are."""
+def refined(groups: Sequence[Bends], at: np.ndarray, weight: np.ndarray, pitch: float, spacing: float,
+            unit: str) -> Estimate | None:
+    """The distance by a line through the kinks over their numbers; None unless nearly all kinks are near the lattice, and few rows
+    are."""
     phase = float(np.angle(np.exp(2j*np.pi*at/pitch) @ weight))/(2*np.pi)*pitch
     for _ in range(3):
         number = np.round((at - phase)/pitch)
         mean = float(weight @ number)/weight.sum()
         square = float(weight @ (number - mean)**2)
         if square <= 0:
-            return untold(nothing, unit)
+            return None
         pitch = float(weight @ ((number - mean)*at))/square
         phase = float(weight @ at)/weight.sum() - mean*pitch
-    if np.unique(number).size < LEAST_CELLS:
-        return untold(nothing, unit)
+    cells = np.unique(number).size
     near = total = 0.0
     for one in groups:
         distance = np.abs(one.at - phase - pitch*np.round((one.at - phase)/pitch))
         share = one.size/one.size.max()
         near, total = near + float(share[distance < 1.2*one.spacing].sum()), total + float(share.sum())
     # Closer points would be near any row.
-    if near < SHARE*total or pitch < LEAST_ROWS*spacing:
-        return untold(nothing, unit)
+    if cells < LEAST_CELLS or near < SHARE*total or pitch < LEAST_ROWS*spacing:
+        return None
     # No kink is placed better than by the rows about it, and all may be off to one side at either end.
-    u = spacing/float(np.ptp(number))
-    return Estimate(pitch, u, unit, f"kinks in {np.unique(number).size} cells")
+    return Estimate(pitch, spacing/float(np.ptp(number)), unit, f"kinks in {cells} cells")

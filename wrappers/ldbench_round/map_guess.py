@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ldbench import Error
-from ldbench.results.columns import UNITS, RawTable, read_raw
+from ldbench.results.columns import UNITS, RawTable
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
@@ -63,24 +63,18 @@ class Match:
     likeness: float             # 0 to 1, with ours up to the end of the first flange contact; NaN where nothing can be compared
     options: tuple[Option, ...] = ()    # all units and signs, the likeliest first
 
-    @property
-    def entry(self) -> dict[str, Any]:
-        """The entry of a column map."""
-        return {"column": self.number, "unit": self.unit, "factor": self.sign, "offset": self.offset}
-
 
 @dataclass(frozen=True)
 class Guess:
     """The map of a file."""
 
-    file: Path
     matches: dict[str, Match]
-    left_out: list[str] = field(default_factory=list)       # columns of the file that stand for nothing of ours
 
     @property
     def map(self) -> dict[str, dict[str, Any]]:
         """The column map, as `read_run` takes it."""
-        return {column: match.entry for column, match in self.matches.items()}
+        return {column: {"column": m.number, "unit": m.unit, "factor": m.sign, "offset": m.offset}
+                for column, m in self.matches.items()}
 
     def toml(self) -> str:
         """The map as a TOML file, for `--map`."""
@@ -95,18 +89,16 @@ class Guess:
         return "\n".join(lines) + "\n"
 
 
-def guess_map(file: Path, ours: RunData, raw: RawTable | None = None, length: float | None = None) -> Guess:
+def guess_map(file: Path, ours: RunData, raw: RawTable, length: float) -> Guess:
     """Find the map of a file by our own run of the same simulation. Error where no column can be the time.
 
-    raw: what the file holds, where it was read before. length: how long a file lasts, roughly; by default as long as ours [s].
+    raw: what the file holds. length: how long such a file lasts, roughly [s].
     """
-    raw = raw or read_raw(file)
-    time = find_time(file, raw, length or float(ours.time[-1] - ours.time[0]))
+    time = find_time(file, raw, length)
     t = time.offset + UNITS[time.unit][1]*raw.numbers[:, time.number - 1]
-    candidates = sorted(likely_matches(raw, t, ours, time.number), key=lambda found: -found[0])
     taken: dict[str, Match] = {"time": time}
     used = {time.number}
-    for _, match in candidates:
+    for _, match in sorted(likely_matches(raw, t, ours, time.number), key=lambda found: -found[0]):
         if match.column not in taken and match.number not in used:
             taken[match.column] = match
             used.add(match.number)
@@ -116,9 +108,7 @@ def guess_map(file: Path, ours: RunData, raw: RawTable | None = None, length: fl
     agree_with_velocities(raw, t, taken)
     agree_on_zeros(taken)
     match_energies(raw, taken, used)
-    order = ["time", *QUANTITIES, *ENERGIES]
-    rest = [name for k, name in enumerate(raw.names, 1) if k not in used]
-    return Guess(file, {column: taken[column] for column in order if column in taken}, rest)
+    return Guess({column: taken[column] for column in ("time", *QUANTITIES, *ENERGIES) if column in taken})
 
 
 def match_energies(raw: RawTable, taken: dict[str, Match], used: set[int]) -> None:
@@ -175,37 +165,32 @@ def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> It
         if k + 1 == time or not (meant or np.nanmax(x) > np.nanmin(x)):
             continue
         for column in QUANTITIES:
-            if column not in ours.data:
+            if column not in ours.data or (meant and column not in meant):
                 continue
-            named = column in meant
-            if meant and not named:
-                continue
-            found = units_that_fit(x, t, said, ours, column, windows, named)
-            if not found:
-                continue
-            likeness, unit, sign, offset = found[0]
-            if likeness >= ALONE or named:
-                yield likeness + BONUS*named, Match(column, k + 1, name, said, unit, sign, offset, likeness, tuple(found))
+            found = units_that_fit(x, t, said, ours, column, windows, bool(meant))
+            if found and (meant or found[0].likeness >= ALONE):
+                likeness, unit, sign, offset = found[0]
+                yield (likeness + BONUS*bool(meant),
+                       Match(column, k + 1, name, said, unit, sign, offset, likeness, tuple(found)))
 
 
 def contact_window(ours: RunData, side: str) -> tuple[float, float]:
     """From shortly before the first contact of a flange to shortly after its end [s]."""
-    contact = side + "F"
-    first = ours.first_interval(contact)
+    first = ours.first_interval(side + "F")
     if first is None:
         return 0.0, float(ours.time[-1])
-    spare = 0.2*first.duration
-    return first.start - spare, first.end + spare
+    return first.start - 0.2*first.duration, first.end + 0.2*first.duration
 
 
 def units_that_fit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, column: str,
                    windows: dict[str, tuple[float, float]], named: bool) -> list[Option]:
     """Units, signs and offsets with which a column of the file may follow one of ours, the likeliest first."""
-    si = ours.data.attrs["units"][column]
-    whole = windows["R"] if column.endswith("_RF") else (0.0, windows["L"][1])
-    compared = on_common_instants(x, t, ours, column, whole)
-    early = on_common_instants(x, t, ours, column, (0.0, windows["L"][0])) if named and not column.endswith("_RF") else None
-    later = while_closed(x, ours, column) if named and column.endswith("_RF") else None
+    si, on_right = ours.data.attrs["units"][column], column.endswith("_RF")
+    compared = on_common_instants(x, t, ours, column, windows["R"] if on_right else (0.0, windows["L"][1]))
+    early = on_common_instants(x, t, ours, column, (0.0, windows["L"][0])) if named and not on_right else None
+    later = while_closed(x, ours, column) if named and on_right else None
+    if compared is None and not named:
+        return []
     found = []
     for unit, (kind, factor) in UNITS.items():
         if kind != si or unit in SYNONYMS or (unit in UNUSUAL and unit != said):
@@ -230,8 +215,6 @@ def units_that_fit(x: np.ndarray, t: np.ndarray, said: str, ours: RunData, colum
                 offset, likeness = (0.0, alike) if alike > likeness else (offset, likeness)
             likeness -= 0.05*(offset != 0) + 0.3*(bool(said) and unit != said) + 0.05*(unit in RARE and unit != said)
             found.append(Option(float(likeness), unit, sign, offset))
-    if compared is None and later is None and not named:
-        return []
     return sorted(found, key=lambda option: -option.likeness)
 
 

@@ -1,8 +1,6 @@
 """Scores that survive impacts: docs/organiser.md, Score, defines every number.
 
-Two codes put an impact at slightly different times, and there a pointwise difference is as large as the force itself. So
-motion is compared pointwise only while the same contacts are closed, events are matched by contact, kind and order, forces
-are compared by the impulse of each impact, and nothing counts beyond the horizon.
+Two codes put an impact at slightly different times, and there a pointwise difference is as large as the force itself.
 """
 from __future__ import annotations
 
@@ -18,8 +16,8 @@ from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .energies import SUMS, told
-from .horizon import horizon, yardsticks
 from .jumps import IMPULSES, is_rigid, tells_impulses
+from .own_runs import horizon, yardsticks
 from .scores import OVER_TIME, Score, Scores, Unmatched
 from .tasks import Task
 
@@ -56,11 +54,11 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     for one in run, reference:
         if len(one.time) < 2:
             raise Error(f"{one.file}: expected rows at two times at least, found {len(one.time)}")
-    needed = float(reference.time[0]), min(limit, float(reference.time[-1]))
-    begin, end = max(float(run.time[0]), needed[0]), min(needed[1], float(run.time[-1]))
+    first, last = float(reference.time[0]), min(limit, float(reference.time[-1]))
+    begin, end = max(float(run.time[0]), first), min(last, float(run.time[-1]))
     if end <= begin:
         raise Error(f"{run.file}: expected times in common with {reference.file} before the horizon {limit:.4g} s, found none")
-    present = (end - begin)/(needed[1] - needed[0])
+    present = (end - begin)/(last - first)
     lost = 1 - present if present < WHOLE else 0.0
     left_out: dict[str, str] = {}
     known: dict[str, tuple[list[ContactInterval], list[ContactInterval]]] = {}
@@ -71,19 +69,17 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
         else:
             known[contact] = mine[:MOST], theirs[:MOST]
     share = share_of_time(known.values(), begin, end) if known else np.nan
-    found = list(scores_over_time(run, reference, task, known, (begin, end), lost, left_out))
+    found: list[Score | Unmatched] = [*scores_over_time(run, reference, task, known, (begin, end), lost, left_out)]
     if known:
         other = (1 - share)*(1 - lost) + lost
         found.append(Score("contacts", "other contacts closed", other, end - begin, other*(end - begin), present))
-    until = end if not lost else needed[1]
-    alone: list[Unmatched] = []
-    for contact, (mine, theirs) in known.items():
-        matched = pairs([one.start for one in theirs], [one.start for one in mine])
-        found += contact_scores(contact, mine, theirs, matched, limit, until)
-        alone += without_partner(contact, mine, theirs, matched, until)
-    mine_passed, theirs_passed = (passages(one, MATCHED_BEYOND*limit) for one in (run, reference))
-    found += passage_scores(mine_passed, theirs_passed, limit, until, alone)
-    return Scores(task, limit, end, share, tuple(found), tuple(sorted(alone, key=lambda one: one.time)), left_out)
+    until = last if lost else end
+    for contact, both in known.items():
+        found += contact_scores(contact, *both, limit, until)
+    passed, expected = (passages(one, MATCHED_BEYOND*limit) for one in (run, reference))
+    found += passage_scores(passed, expected, limit, until)
+    alone = sorted((one for one in found if isinstance(one, Unmatched)), key=lambda one: one.time)
+    return Scores(task, limit, end, share, tuple(one for one in found if isinstance(one, Score)), tuple(alone), left_out)
 
 
 # Over time --------------------------------------------------------------------------------
@@ -111,28 +107,23 @@ def scores_over_time(run: RunData, reference: RunData, task: Task,
     t = np.unique(run.time)
     t = t[(t >= window[0]) & (t <= window[1])]
     closed = {contact: [closed_at(own, t) for own in both] for contact, both in known.items()}
-    same = np.ones(len(t), bool)
-    for run_closed, reference_closed in closed.values():
-        same &= run_closed == reference_closed
+    same = np.all([mine == theirs for mine, theirs in closed.values()] or [np.ones(t.size, bool)], axis=0)
     elastic = all("PE_elastic_L" in one.data for one in (run, reference))
-    for kind, columns in OVER_TIME.items():
-        for column in columns:
-            contact = column[-2:] if column[-2:] in CONTACTS else ""
-            asked = closed[contact][1] if contact in closed else np.ones(len(t), bool)
-            if not (asked[1:] & asked[:-1]).any():
-                continue            # a contact that the reference never closes
-            mine, theirs = (values_at(one, column, t, elastic) for one in (run, reference))
-            if mine is None or theirs is None:
-                where = [where for where, x in (("run", mine), ("reference", theirs)) if x is None]
-                left_out[column] = f"no such column in the {' and the '.join(where)}"
-                yield Score(kind, column, np.nan, share=0.0)
-                continue
-            if contact in closed and not (same & asked).any():
-                yield Score(kind, column, 1.0, share=0.0)
-                continue
-            size = task.clearance if kind in ("place", "radius") else None
-            if one := score_over_time(kind, column, mine, theirs, t, same & asked, asked, lost, size):
-                yield one
+    for kind, column in ((kind, column) for kind, columns in OVER_TIME.items() for column in columns):
+        contact = column[-2:]
+        asked = closed[contact][1] if contact in closed else np.ones(t.size, bool)
+        if not (asked[1:] & asked[:-1]).any():
+            continue            # a contact that the reference never closes
+        mine, theirs = (values_at(one, column, t, elastic) for one in (run, reference))
+        if mine is None or theirs is None:
+            where = [where for where, x in (("run", mine), ("reference", theirs)) if x is None]
+            left_out[column] = f"no such column in the {' and the '.join(where)}"
+            yield Score(kind, column, np.nan, share=0.0)
+        elif contact in closed and not (same & asked).any():
+            yield Score(kind, column, 1.0, share=0.0)
+        elif one := score_over_time(kind, column, mine, theirs, t, same & asked, asked, lost,
+                                    task.clearance if kind in ("place", "radius") else None):
+            yield one
 
 
 def values_at(one: RunData, column: str, t: np.ndarray, elastic: bool) -> np.ndarray | None:
@@ -182,37 +173,41 @@ def relative(value: float, expected: float, size: float | None = None) -> float:
 # Contacts ---------------------------------------------------------------------------------
 
 def contact_scores(contact: str, mine: Sequence[ContactInterval], theirs: Sequence[ContactInterval],
-                   matched: Sequence[tuple[int, int]], limit: float, until: float) -> Iterator[Score]:
+                   limit: float, until: float) -> Iterator[Score | Unmatched]:
     """Times at which a contact closes and opens, and the impacts, before the horizon.
 
     An impact of either file without a partner, up to a time, is wrong altogether: its difference is 1.
     """
     largest = max((one.impulse for one in theirs if one.whole and one.end <= limit), default=0.0)
-    partner, taken = dict(matched), {i for _, i in matched}
+    partner = dict(pairs([one.start for one in theirs], [one.start for one in mine]))
     closed = opened = struck = 0
     for k, one in enumerate(theirs):
-        other = mine[partner[k]] if k in partner else None
         closed, opened, struck = closed + one.begins, opened + one.ends, struck + one.whole
-        if one.whole and one.impulse < LEAST*largest:
+        small = one.whole and one.impulse < LEAST*largest
+        if k not in partner:
+            if one.end > until:
+                continue
+            yield Unmatched("reference", contact, one.start, one.impulse if one.whole else 0.0)
+            if one.begins and not small:
+                yield Score("event", f"{contact} closes {closed}", 1.0, one.start, share=0.0)
+            if one.whole and not small:
+                yield Score("impulse", f"{contact} {struck} impulse", 1.0, one.impulse, 0.0, share=0.0)
             continue
-        if other is None:
-            if one.end <= until:
-                if one.begins:
-                    yield Score("event", f"{contact} closes {closed}", 1.0, one.start, share=0.0)
-                if one.whole:
-                    yield Score("impulse", f"{contact} {struck} impulse", 1.0, one.impulse, 0.0, share=0.0)
+        other = mine[partner[k]]
+        if small:
             continue
         if one.begins and other.begins and one.start <= limit:
             yield event_score(f"{contact} closes {closed}", other.start, one.start)
         if one.ends and other.ends and one.end <= limit and one.end > one.start:
             yield event_score(f"{contact} opens {opened}", other.end, one.end)
         if one.whole and other.whole and one.end <= limit:
-            for kind, value, expected in (("impulse", other.impulse, one.impulse), ("peak", other.peak, one.peak),
-                                          ("duration", other.end - other.start, one.end - one.start)):
+            for kind in OF_IMPACTS:
+                value, expected = getattr(other, kind), getattr(one, kind)
                 if np.isfinite(value) and np.isfinite(expected) and expected > 0 and (kind != "duration" or value > 0):
                     yield Score(kind, f"{contact} {struck} {kind}", relative(value, expected), expected, value)
-    for i, one in enumerate(mine):
-        if i not in taken and one.whole and one.end <= until and one.impulse >= LEAST*largest:
+    for one in (one for i, one in enumerate(mine) if i not in partner.values() and one.end <= until):
+        yield Unmatched("run", contact, one.start, one.impulse if one.whole else 0.0)
+        if one.whole and one.impulse >= LEAST*largest:
             yield Score("event", f"{contact} closes in the file alone at {one.start:.6f} s", 1.0, value=one.start, share=0.0)
             yield Score("impulse", f"{contact} impulse of the file alone at {one.start:.6f} s", 1.0, 0.0, one.impulse, share=0.0)
 
@@ -222,27 +217,16 @@ def event_score(name: str, value: float, expected: float) -> Score:
     return Score("event", name, relative(value, expected), expected, value)
 
 
-def without_partner(contact: str, mine: Sequence[ContactInterval], theirs: Sequence[ContactInterval],
-                    matched: Sequence[tuple[int, int]], end: float) -> Iterator[Unmatched]:
-    """The intervals that only one file has, before the end of both and the horizon."""
-    for where, own, taken in (("reference", theirs, {k for k, _ in matched}), ("run", mine, {i for _, i in matched})):
-        for k, one in enumerate(own):
-            if k not in taken and one.end <= end:
-                yield Unmatched(where, contact, one.start, one.impulse if one.whole else 0.0)
-
-
-def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float, end: float,
-                   alone: list[Unmatched]) -> Iterator[Score]:
-    """Passages of the centre; those without a partner are added to `alone`."""
-    matched = pairs(theirs, mine)
-    partner, taken = dict(matched), {i for _, i in matched}
+def passage_scores(mine: Sequence[float], theirs: Sequence[float], limit: float, end: float) -> Iterator[Score | Unmatched]:
+    """Passages of the centre."""
+    partner = dict(pairs(theirs, mine))
     for k, time in enumerate(theirs):
         if k in partner and time <= limit:
             yield event_score(f"{PASSAGE} {k + 1}", mine[partner[k]], time)
         elif k not in partner and time <= end:
             yield Score("event", f"{PASSAGE} {k + 1}", 1.0, time, share=0.0)
-            alone.append(Unmatched("reference", PASSAGE, time, 0.0))
-    alone += [Unmatched("run", PASSAGE, time, 0.0) for i, time in enumerate(mine) if i not in taken and time <= end]
+            yield Unmatched("reference", PASSAGE, time, 0.0)
+    yield from (Unmatched("run", PASSAGE, time, 0.0) for i, time in enumerate(mine) if i not in partner.values() and time <= end)
 
 
 # Partners ---------------------------------------------------------------------------------

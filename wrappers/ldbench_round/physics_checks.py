@@ -14,9 +14,8 @@ from ldbench.results.run_data import RunData
 from .blows import LEAST_FORCE
 from .energies import energy_findings
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
-from .inertia_checks import has, inertia_findings, lateral_force, lateral_work, roll_moment, total, weight_of
 from .jumps import SHORT, jump_intervals, jumps, leaps, typical_interval
-from .place_checks import place_findings
+from .row_checks import OF_MOMENT, has, inertia_findings, lateral_force, lateral_work, place_findings, roll_moment, total, weight_of
 from .tasks import Task
 
 DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
@@ -36,34 +35,38 @@ CLEARLY = 0.3                       # share of the error of one sign of an angle
 IN_IMPACT = "rows in an impact of a flange"
 IMPULSES = "velocities jump, as those of rigid contacts do: their impacts are impulses"
 
-RATES = (("Y", "vY", "lateral"), ("Z", "vZ", "vertical"), ("roll", "roll_rate", "roll"))
-ACCELERATIONS = (("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate", "roll_acc", "roll"))
+#: Columns, their rates, and what is said of both.
+INTEGRALS = (*((x, v, f"{words} velocity is the rate of the displacement") for x, v, words in (
+                 ("Y", "vY", "lateral"), ("Z", "vZ", "vertical"), ("roll", "roll_rate", "roll"))),
+             *((v, a, f"{words} acceleration is the rate of the velocity") for v, a, words in (
+                 ("vY", "aY", "lateral"), ("vZ", "aZ", "vertical"), ("roll_rate", "roll_acc", "roll"))))
 
 
 def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     """All findings about the numbers of a file whose columns are ours, in SI units."""
-    leaping, rigid = jumps(run, case), leaps(run, case)
+    leaping, rigid, near = jumps(run, case), leaps(run, case), typical_interval(run) <= SHORT
     jumping = jump_intervals(run, case) if rigid else None
     yield from start_findings(run, case)
     yield from order_findings(run, task, case, bool(leaping))
     yield from clearance_findings(run, task)
     yield from gap_findings(run)
-    if leaping and not rigid and typical_interval(run) <= SHORT:
+    if leaping and near and not rigid:
         yield Finding("velocities do not jump", FAILED, len(leaping), 0, leaping[0].row + 1,
                       "contacts give, and velocities change without a force: rows are missing, or two runs are joined")
     yield from contact_findings(run, case)
     yield from place_findings(run, case)
-    yield from inertia_findings(run, case, typical_interval(run) <= SHORT and not rigid)
-    for x, v, words in RATES:
-        yield integral_finding(run, f"{words} velocity is the rate of the displacement", x, v, jumping)
-    for v, a, words in ACCELERATIONS:
-        yield integral_finding(run, f"{words} acceleration is the rate of the velocity", v, a, jumping)
+    yield from inertia_findings(run, case, near and not rigid)
+    for x, v, what in INTEGRALS:
+        if has(run, x, v):
+            yield balance(what, run.time, run.values(x), run.values(v), "another frame, unit or sign", jumping)
+        else:
+            yield Finding(what, UNKNOWN, hint=f"no {x if not has(run, x) else v}")
     yield from momentum_findings(run, case, jumping)
     yield roll_finding(run, case, jumping)
     yield energy_finding(run, case, rigid)
     yield from energy_findings(run, case)
-    enough = (FEW_ROWS, TOO_FEW_ROWS) if task.exercise < 5 else (RAMP_ROWS, RAMP_ROWS)
-    yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else row_finding(run, *enough)
+    yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else \
+        row_finding(run, *((FEW_ROWS, TOO_FEW_ROWS) if task.exercise < 5 else (RAMP_ROWS, RAMP_ROWS)))
 
 
 def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
@@ -79,26 +82,26 @@ def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
             yield judged(f"initial {column}", abs(first - value), doubtful, failed, 1, f"expected {value:g}, found {first:.6g}")
 
 
-def order_findings(run: RunData, task: Task, case: Case, leaping: bool = False) -> Iterator[Finding]:
+def order_findings(run: RunData, task: Task, case: Case, leaping: bool) -> Iterator[Finding]:
     """Left flange first, then the right flange and the centre; or the derailment.
 
     Where velocities jump, an impact may have no row with a force. Then the displacement stands for a contact that has none.
     """
     left, right = (run.first_contact(contact) for contact in ("LF", "RF"))
     unseen = leaping and None in (left, right) and has(run, "Y")
+    y, t = run.values("Y") if has(run, "Y") else np.empty(0), run.time
     if unseen:
-        y = run.values("Y")
         early = bool(y[np.argmax(np.abs(y) > max(FAR*min(y.max(), -y.min()), NEAR_CENTRE))] > 0)
-        yield Finding("left flange first", PASSED if early else FAILED, hint="" if early else "the wheelset goes to the right")
-    elif has(run, "N_LF", "N_RF"):
+        why = "the wheelset goes to the right"
+    else:
         early = left is not None and (right is None or left < right)
-        yield Finding("left flange first", PASSED if early else FAILED,
-                      hint="" if early else "the left flange has no contact before the right one; are the wheels exchanged?")
+        why = "the left flange has no contact before the right one; are the wheels exchanged?"
+    if unseen or has(run, "N_LF", "N_RF"):
+        yield Finding("left flange first", PASSED if early else FAILED, hint="" if early else why)
     else:
         yield Finding("left flange first", UNKNOWN, hint="no normal forces of the flanges")
-    if not has(run, "Y"):
+    if not y.size:
         return
-    y, t = run.values("Y"), run.time
     if task.exercise == 5:
         found = derailment(run, case)
         yield Finding("up to derailment", PASSED if found else FAILED, found.t if found else np.nan,
@@ -157,12 +160,9 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
         if largest <= 0 <= n[row]:
             continue
         # A contact that only pulls is measured by the weight on a wheel.
-        size = largest if largest > 0 else weight_of(case)/2
-        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/size, 1e-6, 1e-3, row + 1,
+        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/(largest or weight_of(case)/2), 1e-6, 1e-3, row + 1,
                      "a contact without adhesion does not pull")
-        if largest <= 0:
-            continue
-        if not has(run, f"Fy_{contact}", f"Fz_{contact}"):
+        if not has(run, f"Fy_{contact}", f"Fz_{contact}") or not largest:
             continue
         fy, fz = (np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("Fy", "Fz"))
         error = np.abs(np.hypot(fy, fz) - np.abs(n))/largest
@@ -170,24 +170,21 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
                      "forces in the frame of the wheelset, or of another contact")
         if not has(run, f"angle_{contact}"):
             continue
-        angle = run.values(f"angle_{contact}")
-        closed = n > 0.01*largest
+        angle, closed = run.values(f"angle_{contact}"), n > 0.01*largest
         loaded = closed & np.isfinite(angle)
         if 2*loaded.sum() < closed.sum():
             yield Finding(f"angle_{contact} is there while the contact is closed", FAILED, hint="is it that of another contact?")
         if not loaded.any():
             continue
-        outward = 1 if contact[0] == "L" else -1
-        of_force = np.arctan2(-outward*fy, fz)
+        of_force = np.arctan2(fy if contact[0] == "R" else -fy, fz)
         # Rows that are interpolated where a contact jumps from the tread to the flange's root mix the angles of two steps.
-        around = np.stack([np.append(of_force[1:], of_force[-1]), of_force, np.append(of_force[0], of_force[:-1])])
-        low, high = around.min(axis=0), around.max(axis=0)
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(of_force, 1, mode="edge"), 3)
+        low, high = around.min(axis=1), around.max(axis=1)
         same, turned = (float(np.median(np.abs(of_force - sign*angle)[loaded])) for sign in (1, -1))
         if min(same, turned) < CLEARLY*max(same, turned):
             signs[contact] = same < turned
         # Either sign is in use.
-        error = min((np.where(loaded, np.maximum(np.maximum(low - sign*angle, sign*angle - high), 0.0), 0.0) for sign in (1, -1)),
-                    key=np.max)
+        error = min((np.where(loaded, np.maximum(np.maximum(low - x, x - high), 0.0), 0.0) for x in (angle, -angle)), key=np.max)
         yield judged(f"angle_{contact} is that of the force", error.max(), 0.01, 0.1, int(error.argmax()) + 1,
                      "without friction the force is normal to the profiles; [rad]")
     for side, words in ("L", "left"), ("R", "right"):
@@ -197,14 +194,7 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
                           hint="" if alike else "the angle of the tread and that of the flange have opposite signs")
 
 
-def integral_finding(run: RunData, what: str, x: str, v: str, jumping: np.ndarray | None = None) -> Finding:
-    """Whether a column is the integral of another."""
-    if not has(run, x, v):
-        return Finding(what, UNKNOWN, hint=f"no {x if not has(run, x) else v}")
-    return balance(what, run.time, run.values(x), run.values(v), "another frame, unit or sign", jumping)
-
-
-def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str, jumping: np.ndarray | None = None,
+def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str, jumping: np.ndarray | None,
             vague: np.ndarray | float = 0.0) -> Finding:
     """Whether x is the integral of `rate`, by the trapezoidal rule.
 
@@ -239,41 +229,34 @@ def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str
         # How dense the rows are is a finding of its own.
         return Finding(what, PASSED if missed <= FINE and jumping is None else DOUBTFUL, missed, FINE,
                        hint="between impacts, for which the rows are too far apart")
-    kept = None if jumping is None else ~jumping
-    if kept is not None and TOO_FEW_ROWS < kept.sum() < kept.size:
-        amount = np.sum(np.abs(steps[kept]) + np.abs(means[kept]))/2
-        between = float(np.sum(left[kept])/max(amount, 1e-300))
-        if between <= COARSE:
-            return Finding(what, DOUBTFUL, float(error.max()), DOUBT, int(kept.argmin()) + 1, f"{IMPULSES}, which no column has; "
-                           "between these it closes")
+    if jumping is not None and TOO_FEW_ROWS < np.sum(~jumping) < jumping.size:
+        amount = np.sum(np.abs(steps[~jumping]) + np.abs(means[~jumping]))/2
+        if np.sum(left[~jumping]) <= COARSE*max(amount, 1e-300):
+            return Finding(what, DOUBTFUL, float(error.max()), DOUBT, int(jumping.argmax()) + 1,
+                           f"{IMPULSES}, which no column has; between these it closes")
     return judged(what, missed, DOUBT, FAIL, whole.row, hint)
 
 
-def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None = None) -> Iterator[Finding]:
+def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None) -> Iterator[Finding]:
     """Whether the forces of the contacts explain the velocities."""
-    t = run.time
-    weight = weight_of(case)
-    for v, name, words, load in (("vY", "Fy", "lateral", lateral_force(run, case)), ("vZ", "Fz", "vertical", -weight)):
-        what = f"{words} momentum closes"
-        columns = [f"{name}_{contact}" for contact in CONTACTS]
-        if not has(run, v, *columns):
-            yield Finding(what, UNKNOWN, hint=f"needs {v} and {name} of all contacts")
-            continue
-        force = total(run, name) + load
-        yield balance(what, t, case.mass*run.values(v), force, "forces of another frame, unit or sign, or a missing load", jumping)
+    for v, name, words, load in (("vY", "Fy", "lateral", lateral_force(run, case)), ("vZ", "Fz", "vertical", -weight_of(case))):
+        if has(run, v, *(f"{name}_{contact}" for contact in CONTACTS)):
+            yield balance(f"{words} momentum closes", run.time, case.mass*run.values(v), total(run, name) + load,
+                          "forces of another frame, unit or sign, or a missing load", jumping)
+        else:
+            yield Finding(f"{words} momentum closes", UNKNOWN, hint=f"needs {v} and {name} of all contacts")
 
 
-def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None = None) -> Finding:
+def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None) -> Finding:
     """Whether the moments of the contact forces about the axle's centre explain the roll velocity.
 
     A contact point is that of the wheel, of the rail or between both, and so it lies within the elastic approach of the force's
     line. What that makes in a moment grows with time, and in exercise 5 it grows beyond all motion.
     """
-    what = "roll momentum closes"
-    columns = ["Y", "Z", "roll_rate", *(f"{name}_{contact}" for contact in CONTACTS for name in ("Fy", "Fz", "y", "z"))]
-    if not has(run, *columns):
+    what, forces = "roll momentum closes", [(f"Fy_{contact}", f"Fz_{contact}") for contact in CONTACTS]
+    if not has(run, "roll_rate", *OF_MOMENT):
         return Finding(what, UNKNOWN, hint="needs Y, Z, the roll velocity, and forces and positions of all contacts")
-    pressed = sum(np.hypot(*(np.nan_to_num(run.values(f"{name}_{contact}")) for name in ("Fy", "Fz"))) for contact in CONTACTS)
+    pressed = sum(np.hypot(*(np.nan_to_num(run.values(name)) for name in pair)) for pair in forces)
     return balance(what, run.time, case.roll_inertia*run.values("roll_rate"), roll_moment(run, case),
                    "forces act elsewhere than it is said, or in another frame", jumping, APPROACH*cumulative(run.time, pressed))
 
@@ -283,21 +266,18 @@ def energy_balance(run: RunData, case: Case, rigid: bool = False) -> np.ndarray 
     Hertz's law; rigid contacts store nothing. It dips while a flange stores energy. None without the columns that it needs."""
     if not has(run, "vY", "vZ", "roll_rate", "Z", *(f"N_{contact}" for contact in CONTACTS)):
         return None
-    weight = weight_of(case)
-    energy = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2 \
-        + weight*run.values("Z")
-    work = lateral_work(run, case)
-    return np.asarray(energy - work if rigid else energy + stored_by_treads(run, case) - work)
+    kinetic = (case.mass*(run.values("vY")**2 + run.values("vZ")**2) + case.roll_inertia*run.values("roll_rate")**2)/2
+    return np.asarray(kinetic + weight_of(case)*run.values("Z") + stored_by_treads(run, case, rigid) - lateral_work(run, case))
 
 
-def stored_by_treads(run: RunData, case: Case) -> np.ndarray:
-    """Elastic energy of the treads by Hertz's law, (rows,) [J]."""
+def stored_by_treads(run: RunData, case: Case, rigid: bool) -> np.ndarray:
+    """Elastic energy of the treads by Hertz's law, (rows,) [J]; none of rigid contacts."""
     load = weight_of(case)/2
     return np.asarray(sum(0.4*APPROACH*load*(np.clip(np.nan_to_num(run.values(f"N_{contact}")), 0, None)/load)**(5/3)
-                          for contact in ("LT", "RT")))
+                          for contact in ("LT", "RT")))*(not rigid)
 
 
-def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
+def energy_finding(run: RunData, case: Case, rigid: bool) -> Finding:
     """Whether energy is conserved between moments at which no flange touches and the treads store little.
 
     Hertz's law tells roughly what the treads store: half of it may be wrong. The work of the lateral force is counted.
@@ -306,39 +286,31 @@ def energy_finding(run: RunData, case: Case, rigid: bool = False) -> Finding:
     without_work = energy_balance(run, case, rigid)
     if without_work is None:
         return Finding(what, UNKNOWN, hint="needs velocities, Z and N of all contacts")
-    work = lateral_work(run, case)
+    work, stored = lateral_work(run, case), stored_by_treads(run, case, rigid)
     energy = without_work + work
     size = max(float(energy[0]) - float(np.nanmin(energy)), float(energy[0]), float(np.nanmax(work)))
-    stored = np.zeros(run.time.size) if rigid else stored_by_treads(run, case)
     calm = np.isfinite(energy) & ~run.closed("LF") & ~run.closed("RF") & (stored < STORED*size)
     if calm.sum() < 2:
         return Finding(what, UNKNOWN, hint="no two moments at which the contacts store little energy")
     vague = np.abs(stored - stored[0])/2
     error = np.where(calm, np.maximum(np.abs(without_work - energy[0]) - vague, 0.0), 0.0)/size
     row = int(error.argmax())
-    gains = without_work[row] > energy[0]
-    if rigid and not gains and error.max() > DOUBT:
-        return Finding(what, DOUBTFUL, float(error.max()), DOUBT, row + 1,
-                       "the wheelset loses energy in impacts: restitution below 1")
-    return judged(what, error.max(), DOUBT, FAIL, row + 1,
-                  "the wheelset gains energy: a step too long, or forces without a potential" if gains else
+    if without_work[row] > energy[0]:
+        return judged(what, error.max(), DOUBT, FAIL, row + 1,
+                      "the wheelset gains energy: a step too long, or forces without a potential")
+    return judged(what, error.max(), DOUBT, np.inf if rigid else FAIL, row + 1,
+                  "the wheelset loses energy in impacts: restitution below 1" if rigid else
                   "the wheelset loses energy: damping, restitution or a damped integrator")
 
 
-def row_finding(run: RunData, few: int = FEW_ROWS, too_few: int = TOO_FEW_ROWS) -> Finding:
+def row_finding(run: RunData, few: int, too_few: int) -> Finding:
     """Whether rows are dense enough for the impacts of the flanges: the median of all impacts. few, too_few: rows of an impact
     below which the file is doubtful, and wrong."""
-    what = IN_IMPACT
-    rows: list[tuple[int, int]] = []
-    for contact in ("LF", "RF"):
-        if not has(run, f"N_{contact}"):
-            continue
-        rows += [(one.rows.stop - one.rows.start, one.rows.start + 1) for one in run.intervals(contact, rigid=False) or []
-                 if one.peak > LEAST_FORCE]
+    rows = sorted((one.rows.stop - one.rows.start, one.rows.start + 1) for contact in ("LF", "RF") if has(run, f"N_{contact}")
+                  for one in run.intervals(contact, rigid=False) or [] if one.peak > LEAST_FORCE)
     if not rows:
-        return Finding(what, UNKNOWN, hint="no impact")
-    rows.sort()
+        return Finding(IN_IMPACT, UNKNOWN, hint="no impact")
     typical, at = rows[len(rows)//2]
     verdict = FAILED if typical < too_few else DOUBTFUL if typical < few else PASSED
-    return Finding(what, verdict, typical, few, at if verdict != PASSED else None,
+    return Finding(IN_IMPACT, verdict, typical, few, at if verdict != PASSED else None,
                    "" if verdict == PASSED else "a shorter interval of output shows the peaks")

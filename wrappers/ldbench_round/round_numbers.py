@@ -1,7 +1,6 @@
 """The numbers of a run for the matrix of a round, found in the same way for every code, from the rows of its file."""
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -14,8 +13,8 @@ from ldbench.results.quantities import KN, OUTCOME, Quantity
 from ldbench.results.run_data import RunData
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
-from .inertia_checks import has
 from .metrics import passages
+from .row_checks import has
 from .tasks import Task
 
 #: The numbers in words, and how they are shown.
@@ -39,6 +38,7 @@ VERDICTS = {PASSED: "passed", DOUBTFUL: "doubtful", FAILED: "failed", UNKNOWN: "
 SUDDEN = 0.2            # least relative change of the lateral velocity from row to row that is an impact without duration
 BEYOND = 1e15           # what no number of a wheelset reaches, in any of the units
 CLOSE_ROWS = 0.5e-3     # rows that are farther apart do not tell such an impact from one with a duration [s]
+NO_TIME, NO_DISPLACEMENT = "the impact takes no time", "no lateral displacement in the file"
 
 
 class Number(NamedTuple):
@@ -46,6 +46,11 @@ class Number(NamedTuple):
 
     value: float
     reason: str = ""                # where the value is NaN
+
+
+def main_number(task: Task) -> str:
+    """The number of a simulation that stands for it."""
+    return "F_derailment" if task.exercise == 5 else "peak"
 
 
 def names_of(task: Task) -> list[str]:
@@ -59,20 +64,18 @@ def numbers_of(run: RunData, task: Task, findings: Iterable[Finding], seconds: f
 
     findings: of the check, for the error of the energy balance. seconds: processor time that the submission tells.
     """
-    left = first_impact(run, "L")
-    found = impact_numbers(run, left)
+    found = impact_numbers(run)
     if task.exercise == 5:
         event = derailment(run, Case.exercise(5, task.profiles)) if has(run, "Y") else None
         found["F_derailment"] = Number(event.force if event else np.nan, "the file ends before the derailment" if has(run, "Y")
-                                       else "no lateral displacement in the file")
+                                       else NO_DISPLACEMENT)
     else:
         right = first_impact(run, "R")
-        found["t_right_flange"] = Number(right.start) if isinstance(right, ContactInterval) else Number(np.nan, right)
-        found["t_return"] = return_time(run, right.start if isinstance(right, ContactInterval) else np.nan)
-    energy = next((one for one in findings if one.what == "energy closes"), None)
-    found["energy_error"] = Number(np.nan, "not checked") if energy is None else Number(
-        energy.number, energy.hint if np.isnan(energy.number) else "")
-    found["processor_time"] = Number(seconds, "" if np.isfinite(seconds) else "the submission does not tell it")
+        found["t_right_flange"] = Number(np.nan, right) if isinstance(right, str) else Number(right.start)
+        found["t_return"] = return_time(run, found["t_right_flange"].value)
+    found["energy_error"] = next((Number(one.number, one.hint) for one in findings if one.what == "energy closes"),
+                                 Number(np.nan, "not checked"))
+    found["processor_time"] = Number(seconds, "the submission does not tell it")
     return {name: finite(found[name]) for name in names_of(task)}
 
 
@@ -83,18 +86,18 @@ def finite(number: Number) -> Number:
     return Number(np.nan, number.reason or "the rows give no number that can be")
 
 
-def impact_numbers(run: RunData, left: ContactInterval | str) -> dict[str, Number]:
+def impact_numbers(run: RunData) -> dict[str, Number]:
     """The numbers of the first impact of the left flange, or why there are none."""
+    left = first_impact(run, "L")
     if isinstance(left, str):
-        return {name: Number(np.nan, left) for name in ("t_left_flange", "peak", "impulse", "duration", "rebound")}
-    sudden = "the impact takes no time"
+        return dict.fromkeys(("t_left_flange", "peak", "impulse", "duration", "rebound"), Number(np.nan, left))
     rebound = Number(np.nan, "no lateral velocity in the file")
     if has(run, "vY"):
         v = run.values("vY")
         before, after = np.interp([left.start, left.end], run.time, v) if left.duration > 0 else v[left.top - 1:left.top + 1]
         rebound = Number(-after/before) if abs(before) > 0 else Number(np.nan, "no lateral velocity before the impact")
-    return {"t_left_flange": Number(left.start), "peak": Number(left.peak, sudden),
-            "impulse": Number(left.impulse, f"{sudden}, and the file does not tell its impulse"),
+    return {"t_left_flange": Number(left.start), "peak": Number(left.peak, NO_TIME),
+            "impulse": Number(left.impulse, f"{NO_TIME}, and the file does not tell its impulse"),
             "duration": Number(left.duration), "rebound": rebound}
 
 
@@ -104,47 +107,40 @@ def first_impact(run: RunData, side: str) -> ContactInterval | str:
     It is the first closed interval of the contact, not of its root, or, where the lateral velocity turns from one row to
     the next without a force that explains it, an impact without duration, as codes with constraints have it.
     """
-    lasting, sudden = first_interval(run, f"{side}F"), sudden_impact(run, side)
-    if sudden and (isinstance(lasting, str) or sudden.start <= lasting.start + CLOSE_ROWS):
-        return sudden
-    return lasting
-
-
-def first_interval(run: RunData, contact: str) -> ContactInterval | str:
-    """The first closed interval of a flange, where it begins and ends in the rows; words that say why there is none."""
-    flange = "left flange" if contact[0] == "L" else "right flange"
-    if not has(run, f"N_{contact}"):
+    flange = "left flange" if side == "L" else "right flange"
+    if not has(run, f"N_{side}F"):
         return f"no normal force of the {flange} in the file"
-    one = run.first_interval(contact)
-    return one if one and one.is_impact else f"no impact of the {flange} begins and ends in the rows"
+    lasting, sudden = run.first_interval(f"{side}F"), sudden_impact(run, side)
+    lasting = lasting if lasting and lasting.is_impact else None
+    if sudden and not (lasting and lasting.start + CLOSE_ROWS < sudden.start):
+        return sudden
+    return lasting or f"no impact of the {flange} begins and ends in the rows"
 
 
 def sudden_impact(run: RunData, side: str) -> ContactInterval | None:
     """The first impact of a flange that takes no time: the lateral velocity towards it drops from one row to the next."""
-    # Without forces nothing tells such an impact from one that lasts.
-    if not has(run, "vY", "Y", f"N_{side}F") or len(run.time) < 2:
+    if not has(run, "vY", "Y") or len(run.time) < 2:
         return None
-    towards = 1 if side == "L" else -1
+    contact, towards = f"{side}F", 1 if side == "L" else -1
     t, v, y = run.time, towards*run.values("vY"), towards*run.values("Y")
-    force = np.nan_to_num(run.values(f"N_{side}F"))
-    mass = Case().mass
+    force = np.abs(np.nan_to_num(run.values(f"N_{contact}")))
     drop, spacing = v[:-1] - v[1:], np.diff(t)
-    explained = np.abs(spacing)*np.maximum(np.abs(force[1:]), np.abs(force[:-1]))
+    explained = spacing*np.maximum(force[1:], force[:-1])
     with np.errstate(invalid="ignore"):
-        found = (drop > SUDDEN*v[:-1]) & (v[:-1] > 0.02) & (y[:-1] > 0.5*np.nanmax(y)) & (mass*drop > 5*explained)
+        found = (drop > SUDDEN*v[:-1]) & (v[:-1] > 0.02) & (y[:-1] > 0.5*np.nanmax(y)) & (Case().mass*drop > 5*explained)
     found &= spacing < CLOSE_ROWS
     if not found.any():
         return None
-    k = int(found.argmax())
-    told = next((event.impulses[f"{side}F"] for event in run.events
-                 if f"{side}F" in event.impulses and abs(event.t - t[k + 1]) <= CLOSE_ROWS), np.nan)
-    return ContactInterval(f"{side}F", float(t[k + 1]), float(t[k + 1]), np.nan, float(t[k + 1]), told, np.nan, top=k + 1)
+    k = int(found.argmax()) + 1
+    told = next((event.impulses[contact] for event in run.events
+                 if contact in event.impulses and abs(event.t - t[k]) <= CLOSE_ROWS), np.nan)
+    return ContactInterval(contact, float(t[k]), float(t[k]), np.nan, float(t[k]), told, np.nan, top=k)
 
 
 def return_time(run: RunData, right: float) -> Number:
     """When the wheelset is back at the centre after it touched the right flange."""
     if not has(run, "Y"):
-        return Number(np.nan, "no lateral displacement in the file")
+        return Number(np.nan, NO_DISPLACEMENT)
     t, y = run.time, run.values("Y")
     if np.isnan(right):
         if not np.nanmin(y, initial=0.0) < -0.5*np.nanmax(y, initial=0.0):
@@ -152,9 +148,3 @@ def return_time(run: RunData, right: float) -> Number:
         right = float(t[np.nanargmin(y)])
     back = next((passage for passage in passages(run) if passage > right), np.nan)
     return Number(back, "the file ends before the wheelset is back at the centre")
-
-
-def verdict_counts(findings: Iterable[Finding]) -> dict[str, int]:
-    """How many checks passed, are doubtful, failed, were not made."""
-    counts = Counter(finding.verdict for finding in findings)
-    return {name: counts[verdict] for verdict, name in VERDICTS.items()}

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,27 +20,15 @@ OVER_TIME = {"displacement": MOTION[:3], "velocity": MOTION[3:6], "acceleration"
              "energy": tuple(SUMS)}
 
 
-class Kind(NamedTuple):
-    """A kind of scores in words."""
-
-    words: str
-    head: str = ""          # of a column, where a round grades the kind
-
-
-KINDS = {"displacement": Kind("displacements", "displacement"), "velocity": Kind("velocities", "velocity"),
-         "acceleration": Kind("accelerations", "acceleration"), "force": Kind("contact forces", "forces"),
-         "angle": Kind("contact angles", "angles"), "place": Kind("contact points", "points"),
-         "radius": Kind("rolling radii", "radii"), "energy": Kind("energies", "energies"),
-         "contacts": Kind("time with other contacts closed", "contacts"), "event": Kind("times of events", "events"),
-         "impulse": Kind("impulses of impacts", "impulses"), "peak": Kind("largest forces of impacts"),
-         "duration": Kind("durations of impacts")}
+#: The kinds of scores in words.
+KINDS = {"displacement": "displacements", "velocity": "velocities", "acceleration": "accelerations", "force": "contact forces",
+         "angle": "contact angles", "place": "contact points", "radius": "rolling radii", "energy": "energies",
+         "contacts": "time with other contacts closed", "event": "times of events", "impulse": "impulses of impacts",
+         "peak": "largest forces of impacts", "duration": "durations of impacts"}
 #: The kinds that a round grades, and how a page calls them; `score_` and the kind is the name in the table of numbers.
-GRADED = {kind: one.head for kind, one in KINDS.items() if one.head}
-
-
-def grade(difference: float) -> float | None:
-    """The smallest of GRADES that a relative difference is inside; None beyond all of them, and for NaN."""
-    return next((limit for limit in GRADES if abs(difference) <= limit), None)
+GRADED = {"displacement": "displacement", "velocity": "velocity", "acceleration": "acceleration", "force": "forces",
+          "angle": "angles", "place": "points", "radius": "radii", "energy": "energies", "contacts": "contacts",
+          "event": "events", "impulse": "impulses"}
 
 
 @dataclass(frozen=True)
@@ -63,28 +51,23 @@ class Score:
     @property
     def grade(self) -> float | None:
         """The smallest limit that the difference is inside: 1e-3, 1e-2 or 0.1; None beyond."""
-        return grade(self.difference)
+        return next((limit for limit in GRADES if self.difference <= limit), None)
 
     @property
     def quantity(self) -> str:
         """What it is a score of: a column, or the contact of an event or impact."""
-        return self.name.split()[0]
-
-    @property
-    def spread(self) -> float:
-        """The spread of formulations: the larger of `hertz` and `rigid`; NaN where neither is known."""
-        return float(np.fmax(self.hertz, self.rigid))
+        return self.name.partition(" ")[0]
 
     @property
     def of_spread(self) -> float:
-        """The difference in units of the spread of formulations; NaN where the spread is not known."""
-        return self.difference/self.spread if self.spread > 0 else np.nan
+        """The difference in units of the spread of formulations, the larger of `hertz` and `rigid`; NaN where neither is known."""
+        spread = float(np.fmax(self.hertz, self.rigid))
+        return self.difference/spread if spread > 0 else np.nan
 
     def facts(self) -> dict[str, Any]:
         """The score for other programs."""
-        return {"kind": self.kind, "name": self.name, "difference": self.difference, "grade": self.grade, "value": self.value,
-                "reference": self.reference, "share": self.share, "hertz": self.hertz, "rigid": self.rigid,
-                "of_spread": self.of_spread}
+        known = vars(self) | {"grade": self.grade, "of_spread": self.of_spread}
+        return {name: x for name, x in known.items() if name != "reason"}
 
 
 def unscored(kind: str, reason: str) -> Score:
@@ -119,23 +102,15 @@ class Scores:
         """The scores of a kind."""
         return [score for score in self.scores if score.kind == kind]
 
-    def ranked(self, kind: str) -> list[Score]:
-        """The scores of a kind whose difference is known, the best first."""
-        return sorted((score for score in self.of_kind(kind) if not np.isnan(score.difference)), key=lambda score: score.difference)
-
-    def worst(self, kind: str) -> Score | None:
-        """The score of a kind with the largest difference; None without one."""
-        own = self.ranked(kind)
-        return own[-1] if own else None
-
     def graded(self, kind: str) -> Score | None:
         """The score that grades a kind: that of its worst quantity; None without one.
 
         A column has one score. Of the events or impacts of a contact the score in the middle counts, of an even number the worse.
         """
         own: dict[str, list[Score]] = {}
-        for one in self.ranked(kind):
-            own.setdefault(one.quantity, []).append(one)
+        for one in sorted(self.of_kind(kind), key=lambda one: one.difference):
+            if not np.isnan(one.difference):
+                own.setdefault(one.quantity, []).append(one)
         return max((same[len(same)//2] for same in own.values()), key=lambda one: one.difference, default=None)
 
     def share_of(self, kind: str) -> float:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,7 +39,6 @@ class Submission:
     """What one code submitted."""
 
     name: str                                   # the name of the folder, as it is printed
-    folder: Path
     facts: Mapping[str, str] = field(default_factory=dict)          # of FACTS, in words
     seconds: Mapping[str, float] = field(default_factory=dict)      # processor time [s], by the name of the simulation
     map: Mapping[str, Any] | None = None        # of its columns; None: it is guessed
@@ -58,22 +57,20 @@ def find_submissions(folder: Path, leave_out: Path | None = None) -> tuple[list[
     """The codes of a folder in the order of their names, and remarks about what is no code. Hidden folders and `leave_out`, where
     the results go, are no codes. Error where the folder cannot be read."""
     try:
-        found = sorted(folder.iterdir())
+        paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError as error:
         raise Error(f"{folder}: expected a folder that holds a folder for each code, found none: {error.strerror}") from None
     codes: list[Submission] = []
     remarks = []
-    for path in found:
+    for path in paths:
         try:
-            if path.name.startswith(".") or (leave_out is not None and path.resolve() == leave_out.resolve()):
+            if leave_out is not None and path.exists() and leave_out.exists() and path.samefile(leave_out):
                 continue
             if path.is_dir():
                 codes.append(read_submission(path, unused_name(path, codes)))
-            elif not path.is_file():
+            elif not is_file(path):
                 remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link that leads nowhere, or a "
                                "device")
-        except RuntimeError:            # before Python 3.13
-            remarks.append(f"{printable(path.name)}: expected the folder of a code, found a link to itself")
         except OSError as error:
             remarks.append(f"{printable(path.name)}: expected the folder of a code, found one that cannot be read: {reason(error)}")
     return codes, remarks
@@ -98,15 +95,14 @@ def complaint(error: Exception, file: Path) -> str:
 
 def reason(error: BaseException) -> str:
     """What an error says, in one line."""
-    words = str(getattr(error, "strerror", None) or error) or type(error).__name__
-    return printable(words)
+    return printable(str(getattr(error, "strerror", None) or error) or type(error).__name__)
 
 
 def unused_name(folder: Path, others: list[Submission]) -> str:
     """The name of a folder as it is printed, made different from those of the others."""
     plain = printable(folder.name, LONGEST_NAME)
-    taken = {other.name for other in others}
-    return next(name for k in range(1, len(others) + 2) if (name := plain if k == 1 else f"{plain} ({k})") not in taken)
+    names = [plain, *(f"{plain} ({k})" for k in range(2, len(others) + 2))]
+    return next(name for name in names if name not in {other.name for other in others})
 
 
 def read_submission(folder: Path, name: str) -> Submission:
@@ -114,9 +110,10 @@ def read_submission(folder: Path, name: str) -> Submission:
     remarks: list[str] = []
     known: dict[str, Any] = {}
     try:
-        told = read_small_toml(folder/DESCRIPTION) if present(folder/DESCRIPTION) else {}
+        told = read_small_toml(folder/DESCRIPTION) if (folder/DESCRIPTION).exists() or (folder/DESCRIPTION).is_symlink() else {}
         known["facts"], known["seconds"] = dict(told_facts(told, remarks)), dict(told_seconds(told, remarks))
-        known["map"], known["restitution"] = told_map(told, folder, remarks), told_restitution(told)
+        known["map"], given = told_map(told, folder, remarks), told.get("restitution")
+        known["restitution"] = float(given) if is_size(given) and given <= 1 else None
     except (Error, ValueError) as error:        # ValueError: a whole number of thousands of digits
         remarks.append(without(f"{DESCRIPTION}: cannot be read: {error}" if isinstance(error, ValueError) else str(error), folder))
     told_before = len(remarks)
@@ -126,12 +123,7 @@ def read_submission(folder: Path, name: str) -> Submission:
         remarks.append(f"expected a folder that can be read, found {reason(error)}")
     if not known.get("files") and len(remarks) == told_before:
         remarks.append("expected files such as ex1_aw.csv, found none")
-    return Submission(name, folder, remarks=tuple(remarks), **known)
-
-
-def present(path: Path) -> bool:
-    """Whether there is anything of that name, a link that leads nowhere included."""
-    return path.exists() or path.is_symlink()
+    return Submission(name, remarks=tuple(remarks), **known)
 
 
 def without(message: str, folder: Path) -> str:
@@ -141,51 +133,31 @@ def without(message: str, folder: Path) -> str:
 
 def read_small_toml(path: Path) -> dict[str, Any]:
     """A TOML file of a size that a person writes; Error otherwise."""
-    try:
-        size = path.stat().st_size if path.is_file() else -1
-    except OSError:
-        size = -1
-    if not 0 <= size <= LONGEST_DESCRIPTION:
+    if not is_file(path) or path.stat().st_size > LONGEST_DESCRIPTION:
         raise Error(f"{path}: expected a file of at most {LONGEST_DESCRIPTION} bytes, found "
-                    + (f"one of {size}" if size >= 0 else "none that can be read"))
+                    + (f"one of {path.stat().st_size}" if is_file(path) else "none that can be read"))
     return read_toml(path)
 
 
 def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, str]]:
     """The facts of a description in words; remarks about what cannot be, and about keys that nobody knows, with the nearest one."""
-    unknown = [key for key in told if key not in (*FACTS, MAP)]
+    known = [*FACTS, MAP]
+    unknown = [key for key in told if key not in known]
     for key in unknown[:MOST_REMARKS]:
-        near = difflib.get_close_matches(key[:LONGEST_NAME].lower(), [*FACTS, MAP], 1)
-        remarks.append(f"{DESCRIPTION}: expected keys among {', '.join([*FACTS, MAP])}, found {printable(key, 40)}"
+        near = difflib.get_close_matches(key[:LONGEST_NAME].lower(), known, 1)
+        remarks.append(f"{DESCRIPTION}: expected keys among {', '.join(known)}, found {printable(key, 40)}"
                        + (f"; {near[0]} is the nearest" if near else ""))
     if len(unknown) > MOST_REMARKS:
         remarks.append(f"{DESCRIPTION}: and {len(unknown) - MOST_REMARKS} more keys that are unknown")
-    for key in FACTS:
-        value = told.get(key)
-        if value is None:
-            continue
-        parts = value if isinstance(value, list) else [value]
-        if expected := missed(key, value, parts):
-            remarks.append(f"{DESCRIPTION}: {key}: expected {expected}, found {printable(value, 40)}")
-        elif isinstance(value, Mapping):
-            yield key, f"{sum(x for x in value.values() if is_seconds(x)):.4g}"
-        else:
+    for key, value in ((key, told[key]) for key in FACTS if key in told):
+        parts = value if isinstance(value, list) and key not in ("formulation", "restitution") else [value]
+        fine, expected = EXPECTED.get(key, (lambda x: isinstance(x, str) or is_number(x), "words, a number or a list of them"))
+        if key == "processor_time" and isinstance(value, Mapping):
+            yield key, f"{sum(x for x in value.values() if is_size(x)):.4g}"
+        elif parts and all(map(fine, parts)):
             yield key, printable(", ".join(f"{one:.6g}" if isinstance(one, float) else str(one) for one in parts))
-
-
-def missed(key: str, value: object, parts: Sequence[object]) -> str:
-    """What was expected of the value of a key, in words; '' where it is that. parts: the value, or the values of a list."""
-    if key == "formulation":
-        told = isinstance(value, str) and any(word in value[:LONGEST_FACT].lower() for word in FORMULATIONS)
-        return "" if told else "elastic or constraints"
-    if key == "restitution":
-        return "" if is_seconds(value) and value <= 1 else "a number from 0 to 1"
-    if key == "processor_time" and isinstance(value, Mapping):
-        return ""
-    if key in ("step", "processor_time") and not isinstance(value, str | list | Mapping):
-        return "" if is_seconds(value) and (value or key != "step") else "a time in seconds"
-    fine = all(isinstance(one, str) or is_number(one) for one in parts)
-    return "" if parts and fine else "words, a number or a list of them"
+        else:
+            remarks.append(f"{DESCRIPTION}: {key}: expected {expected}, found {printable(value, 40)}")
 
 
 def is_number(x: object) -> TypeGuard[float]:
@@ -193,32 +165,28 @@ def is_number(x: object) -> TypeGuard[float]:
     return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e12
 
 
-def is_seconds(x: object) -> TypeGuard[float]:
-    """Whether a value is a time that can be, or another number from 0 on."""
+def is_size(x: object) -> TypeGuard[float]:
+    """Whether a value is a number from 0 on that can be."""
     return is_number(x) and x >= 0
+
+
+#: What the values of keys have to be, where it is more than words or a number, also in words.
+EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "formulation": (lambda x: isinstance(x, str) and any(word in x[:LONGEST_FACT].lower() for word in FORMULATIONS),
+                    "elastic or constraints"),
+    "restitution": (lambda x: is_size(x) and x <= 1, "a number from 0 to 1"),
+    "step": (lambda x: isinstance(x, str) or (is_size(x) and x > 0), "a time in seconds"),
+    "processor_time": (lambda x: isinstance(x, str) or is_size(x), "a time in seconds")}
 
 
 def told_seconds(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, float]]:
     """Processor times by simulation, where the description has a table of them."""
     given = told.get("processor_time")
-    if not isinstance(given, Mapping):
-        return
-    wrong = 0
-    for key, value in given.items():
-        if key not in TASK_NAMES or not is_seconds(value):
-            wrong += 1
-            if wrong > MOST_REMARKS:
-                continue
-            remarks.append(f"{DESCRIPTION}: processor_time: expected simulations as ex2_aw = 1.5 [s], "
-                           f"found {printable(key, 40)} = {printable(value, 40)}")
-        else:
-            yield key, float(value)
-
-
-def told_restitution(told: Mapping[str, Any]) -> float | None:
-    """The restitution of a code with rigid contacts; None where the description does not tell it."""
-    given = told.get("restitution")
-    return float(given) if is_seconds(given) and given <= 1 else None
+    pairs = given.items() if isinstance(given, Mapping) else ()
+    yield from ((key, float(x)) for key, x in pairs if key in TASK_NAMES and is_size(x))
+    wrong = [(key, x) for key, x in pairs if key not in TASK_NAMES or not is_size(x)]
+    remarks += [f"{DESCRIPTION}: processor_time: expected simulations as ex2_aw = 1.5 [s], "
+                f"found {printable(key, 40)} = {printable(x, 40)}" for key, x in wrong[:MOST_REMARKS]]
 
 
 def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mapping[str, Any] | None:
@@ -226,15 +194,12 @@ def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mappi
     given = told.get(MAP)
     if given is None or isinstance(given, Mapping):
         return given
-    if not isinstance(given, str):
-        remarks.append(f"{DESCRIPTION}: map: expected a table or the name of a file, found {printable(given, 40)}; the map is "
-                       "guessed")
-        return None
     try:
-        path = folder/given
-        if not path.resolve().is_relative_to(folder.resolve()):
+        if not isinstance(given, str):
+            raise Error(f"{DESCRIPTION}: map: expected a table or the name of a file, found {printable(given, 40)}")
+        if not (folder/given).resolve().is_relative_to(folder.resolve()):
             raise Error(f"{DESCRIPTION}: map: expected a file of the code's folder, found {printable(given, 80)}")
-        return read_small_toml(path)
+        return read_small_toml(folder/given)
     except (Error, OSError, ValueError, RuntimeError) as error:
         remarks.append(f"{without(str(error), folder)}; the map is guessed")
         return None

@@ -10,6 +10,8 @@ from pathlib import Path
 LONGEST = 2048          # of a message in the core [characters]
 
 UNREADABLE = "cannot be opened for reading"
+# Where something is wrong besides the file: 'FILE, line 3, &group variable = value', each of which may be missing.
+PLACE = re.compile(r"(?:, |: |^)(?:line (\d+)|&(\w+)(?: (\w+)(?: = (?:(?!, |: ).)*)?)?)(?=, |: |$)")
 
 
 class Error(RuntimeError):
@@ -40,21 +42,12 @@ class Error(RuntimeError):
         else:
             where, unreadable, _ = where.partition(f": {UNREADABLE}")
             where = where if unreadable else ""
-        self._find_place(where.removeprefix(": "))
-
-    def _find_place(self, where: str) -> None:
-        """Take the words before the last colon apart: 'FILE, line 3, &group variable', each of which may be missing. A file
-        that a case or a variable names comes after it: 'FILE, &group variable: FILE'."""
-        for part in where.split(": "):
-            file: list[str] = []
-            for word in part.split(", "):
-                if found := re.fullmatch(r"line (\d+)", word):
-                    self.line = int(found[1])
-                elif found := re.fullmatch(r"&(\w+)(?: (\w+)(?: = .*)?)?", word):
-                    self.group, self.variable = found.groups()
-                elif word and not (file and word == "header"):
-                    file.append(word)
-            self.file = ", ".join(file) or self.file
+        for number, group, variable in PLACE.findall(where):
+            self.line = int(number) if number else self.line
+            self.group, self.variable = (group, variable or None) if group else (self.group, self.variable)
+        # A file that a case or a variable names comes after it: 'FILE, &group variable: FILE'.
+        files = PLACE.sub("", where).replace(", header", "").split(": ")
+        self.file = next(filter(None, reversed(files)), None)
 
     def __str__(self) -> str:
         return str(self.args[0])

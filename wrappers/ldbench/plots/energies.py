@@ -11,7 +11,7 @@ from ..results.derived import lateral_over_vertical, nadal_limit, spectrum, whee
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM, quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
-from .series import ENERGY, RATIO, draw_columns, draw_curve
+from .series import ENERGY, RATIO, constant_energies, draw_columns, draw_curve
 from .stretches import PANEL, Window, is_long, last_second, overall, thin
 from .style import BLACK, BLUE, CONTACT_LINES, GREEN, GREY, PURPLE, RED, Line, powers_of_ten
 
@@ -29,7 +29,7 @@ def energy_page(run: RunData) -> Figure | None:
     portraits = all({phase[0], phase[1]}.issubset(run.data) for phase in PHASES)
     if energies is None and not portraits:
         return None
-    notes = ["; ".join(words for words in (ENERGY.words(run), window.title) if words)]
+    notes = ["; ".join(words for words in (constant_energies(run), window.title) if words)]
     if found := frequencies(run):
         notes.append(f"dotted in spectra: eigenfrequencies at rest, {', '.join(f'{f:.4g}' for f in found)} Hz")
     figure = new_page(f"{run.heading}: energy, phase portrait, spectrum", run.header.title,
@@ -108,7 +108,7 @@ def ramp_page(run: RunData) -> Figure:
              f"{' and '.join(f'{friction:g}' for friction in FRICTIONS)}" if placed else "")
     below = "; ".join(words for words in (window.title, limit) if words)
     figure = new_page(f"{run.heading}: energy and lateral force", run.header.title,
-                      "\n".join(words for words in (ENERGY.words(run), below, caption(run)) if words))
+                      "\n".join(words for words in (constant_energies(run), below, caption(run)) if words))
     body = figure.add_gridspec(1, 2, width_ratios=(1, 2))
     if energies:
         draw_columns(body[0], run, energies.columns, window)

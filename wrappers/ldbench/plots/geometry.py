@@ -35,8 +35,10 @@ Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions 
 def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
     """The functions that `ContactTable.geometry` and the file of `&output geometry_file` have."""
     y = MM*functions["Y"]
+    left_reach, right_reach = (MM*run.result(f"clearance_{side}") for side in ("left", "right"))
+    clearance = f"2 × {left_reach:.2f}" if left_reach == right_reach else f"left {left_reach:.2f}, right {right_reach:.2f}"
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
-                      f"dotted: rigid-axle clearance, {clearance_words(run)} mm; conicity: equivalent, by "
+                      f"dotted: rigid-axle clearance, {clearance} mm; conicity: equivalent, by "
                       f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
     axes = figure.subplots(2, 4)
     left, right, black = CONTACT_LINES["LT"], CONTACT_LINES["RT"], Line(BLACK)
@@ -52,20 +54,13 @@ def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
         ax.set(xlabel="lateral displacement Y [mm]", ylabel=label)
         if len(curves) > 1:
             legend_above(ax)
-        mark_reach(ax, -run.result("clearance_right"), run.result("clearance_left"))
+        mark_reach(ax, -right_reach, left_reach)
     conicity = axes[0, 3]
     conicity.set_yscale("log")
     conicity.set_ylim(bottom=0.02)
     conicity.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     plain_numbers(conicity.yaxis)
     return figure
-
-
-def clearance_words(run: RunData) -> str:
-    """'2 × 10.18', or of either side [mm]."""
-    if run.result("clearance_left") == run.result("clearance_right"):
-        return f"2 × {MM*run.result('clearance_left'):.2f}"
-    return f"left {MM*run.result('clearance_left'):.2f}, right {MM*run.result('clearance_right'):.2f}"
 
 
 class ContactLine(NamedTuple):
@@ -123,16 +118,16 @@ def pair_page(found: Pair, note: str, reference: str | None, title: str = "") ->
             ("½(tan γL − tan γR)", 1.0, both("tan")), ("contact, outward |y| [mm]", MM, sides("out")),
             ("roll Φ [mrad]", 1e3, both("roll")[1:])), strict=True):
         draw_functions(ax, label, scale, curves)
-        mark_reach(ax, -found.clearance[1], found.clearance[0])
+        mark_reach(ax, -MM*found.clearance[1], MM*found.clearance[0])
     draw_conicity(last, found, reference)
-    mark_reach(last, *dict.fromkeys(found.clearance))
+    mark_reach(last, *{MM*reach for reach in found.clearance})
     return figure
 
 
 def mark_reach(ax: Axes, *reaches: float) -> None:
-    """Dotted lines where the rigid-axle clearance ends [m]."""
+    """Dotted lines where the rigid-axle clearance ends [mm]."""
     for reach in reaches:
-        ax.axvline(MM*reach, color=GREY, linewidth=0.6, linestyle=":")
+        ax.axvline(reach, color=GREY, linewidth=0.6, linestyle=":")
 
 
 OfDisplacement = tuple[str, dict[str, np.ndarray], str, Line]       # a curve: label, geometry functions, name of one, look

@@ -1,7 +1,6 @@
 """The page of impacts: cross-sections, the first contact of the left flange enlarged, and a table of impacts."""
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,12 +167,13 @@ def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:
     return found[:MOST], sum(n or 0 for n in told) if None not in told and run.formulation == "elastic" else len(found)
 
 
-def table_rows(run: RunData, found: Sequence[ContactInterval]) -> list[list[str]]:
-    """Numbers of impacts as the page shows them."""
+def draw_impacts(ax: Axes, run: RunData) -> None:
+    """The impacts of flanges in numbers."""
     def told(x: float, unit: str) -> str:
         return "–" if np.isnan(x) else f"{significant(x)}{unit}"
 
-    rows = []
+    found, count = chosen_impacts(run)
+    rows = [list(HEADS)] if count else []
     for one in found:
         energies = exchange(run, one.start, one.end)
         rows.append([
@@ -181,16 +181,9 @@ def table_rows(run: RunData, found: Sequence[ContactInterval]) -> list[list[str]
             told(KN*one.peak, " kN"), told(DEG*one.angle, "°"), told(KN*one.impulse, " kN·s"),
             *(["–"]*4 if energies is None else [told(energies.elastic, " J"), *(
                 f"{significant(energies.before[part])} → {significant(energies.after[part])} J" for part in PARTS)])])
-    return rows
-
-
-def draw_impacts(ax: Axes, run: RunData) -> None:
-    """The impacts of flanges in numbers."""
-    found, count = chosen_impacts(run)
+    draw_table(ax, rows, EDGES, 1/(MOST + 2.5), above=1, pad=0.0, size=6.8, band=lambda i: "")
     which = f"the first {MOST} of {count}" if count > MOST else "all"
     words = f"Impacts of flanges, {which}" if count else "No impact of a flange that begins and ends in the run"
     if any(one.at_root for one in found):
         words += f"; root: contact angle below {DEG*FLANGE_ANGLE:.0f}°"
-    draw_table(ax, [list(HEADS), *table_rows(run, found)] if count else [], EDGES, 1/(MOST + 2.5), above=1, pad=0.0, size=6.8,
-               band=lambda i: "")
     ax.text(0, 1, words, fontsize=8, color="#404040", va="top")

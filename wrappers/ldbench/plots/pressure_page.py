@@ -58,22 +58,25 @@ def words(patch: Patch) -> str:
 def draw_surface(figure: Figure, ax: Axes, patches: Sequence[Patch]) -> None:
     """Pressed elements over x and s, contours of pressure, and Hertz's ellipses."""
     largest = MPA*hardest(patches).largest
+    half_x: list[float] = []        # of all patches and ellipses
+    ends: list[float] = []
     for patch in patches:
+        half_x.append(patch.half_x)
+        ends += patch.s_ends
         colours = ax.pcolormesh(MM*patch.x, MM*patch.s, np.ma.masked_equal(MPA*patch.p.T, 0), cmap="cividis", vmin=0,
                                 vmax=largest, shading="nearest")
         ax.contour(MM*patch.x, MM*patch.s, MPA*patch.p.T, largest*np.arange(1, LEVELS)/LEVELS, colors="white", linewidths=0.3)
         if patch.hertz:
+            half_x.append(patch.hertz.half_x)
+            ends += [patch.s_deepest - patch.hertz.half_s, patch.s_deepest + patch.hertz.half_s]
             ax.add_artist(Ellipse((0, MM*patch.s_deepest), 2*MM*patch.hertz.half_x, 2*MM*patch.hertz.half_s, fill=False,
                                   edgecolor=RED, linestyle=DASHED, linewidth=1.1))
-    half_x = max(max(patch.half_x, patch.hertz.half_x if patch.hertz else 0.0) for patch in patches)
-    ends = [end for patch in patches for end in (
-        *patch.s_ends, *((patch.s_deepest - patch.hertz.half_s, patch.s_deepest + patch.hertz.half_s) if patch.hertz else ()))]
-    spare = 0.05*(max(ends) - min(ends))
-    ax.set(xlim=(-1.05*MM*half_x, 1.05*MM*half_x), ylim=(MM*(min(ends) - spare), MM*(max(ends) + spare)))
+    spare, widest = 0.05*(max(ends) - min(ends)), 1.05*MM*max(half_x)
+    ax.set(xlim=(-widest, widest), ylim=(MM*(min(ends) - spare), MM*(max(ends) + spare)), xlabel="x along the rail [mm]",
+           ylabel="s [mm]")
     ax.set_aspect("equal", adjustable="box")
     ax.grid(False)
     figure.colorbar(colours, ax=ax, location="right", pad=0.02, aspect=12, fraction=0.06).set_label("pressure [MPa]")
-    ax.set(xlabel="x along the rail [mm]", ylabel="s [mm]")
 
 
 def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
@@ -110,9 +113,9 @@ def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tup
     centre = MM*np.mean([patch.centre for patch in patches], axis=0)
     apart = max(MM*abs(patch.centre[0] - patches[0].centre[0]) for patch in patches)
     height = REACH + apart
-    ax.set(xlim=(centre[0] + WIDEST*height, centre[0] - WIDEST*height), ylim=(centre[1] - height, centre[1] + height))
+    ax.set(xlim=(centre[0] + WIDEST*height, centre[0] - WIDEST*height), ylim=(centre[1] - height, centre[1] + height),
+           xlabel="y in the track [mm]", ylabel="z [mm]")
     ax.set_aspect("equal", adjustable="box")
-    ax.set(xlabel="y in the track [mm]", ylabel="z [mm]")
 
 
 def save_page(run: RunData, k: int, patches: Sequence[Patch], target: Path) -> None:

@@ -99,25 +99,30 @@ def wheel_dimensions(profile: ProfileData) -> dict[str, tuple[Point, Point]]:
 
 def draw_wheel_dimensions(ax: Axes, profile: ProfileData) -> None:
     """Draw Sh, Sd and qR with lines that lead to the profile, and the tape circle."""
-    lines = wheel_dimensions(profile)
-    tip = int(np.argmin(profile.smooth.z))
+    lines, leads = wheel_dimensions(profile), []
+    tip, tape = int(np.argmin(profile.smooth.z)), MM*TAPE_CIRCLE
     y_tip, z_tip = MM*profile.smooth.y[tip], MM*profile.smooth.z[tip]
-    tape = MM*TAPE_CIRCLE
     if "Sh" in lines:
         top = lines["Sh"][1][1]
-        lead(ax, (y_tip, z_tip), (LEFT - 1, z_tip))
-        lead(ax, (tape, top), (LEFT - 1, top))
+        leads += [((y_tip, z_tip), (LEFT - 1, z_tip)), ((tape, top), (LEFT - 1, top))]
         ax.plot([tape, tape], [top - 9, top + 6], color=GREY, linewidth=0.6, linestyle=(0, (8, 2, 2, 2)))
         ax.text(tape + 1, top - 8, "tape circle", fontsize=6, color=INK)
     if "Sd" in lines:
         z = lines["Sd"][0][1]
-        lead(ax, (0.0, z), (0.0, z + 4))
+        leads.append(((0.0, z), (0.0, z + 4)))
     if "qR" in lines:
         (inner, bottom), (outer, _) = lines["qR"]
-        lead(ax, (inner, z_tip + 2), (inner, bottom - 1))
-        lead(ax, (outer, lines["Sd"][1][1]), (outer, bottom - 1))
+        leads += [((inner, z_tip + 2), (inner, bottom - 1)), ((outer, lines["Sd"][1][1]), (outer, bottom - 1))]
+    for ends in leads:
+        ax.plot(*zip(*ends, strict=True), color=GREY, linewidth=0.4)
     for name, (first, last) in lines.items():
-        dimension(ax, first, last, f"{name} {MM*profile.measures[name]:.2f}", below=name == "qR")
+        ax.annotate("", first, last, arrowprops=ARROW | {"arrowstyle": "<|-|>", "linewidth": 0.6})
+        (x, y), words = np.mean([first, last], axis=0), f"{name} {MM*profile.measures[name]:.2f}"
+        if first[0] == last[0]:
+            ax.text(x - 1, y, words, rotation=90, fontsize=6, ha="right", va="center", color=INK)
+        else:
+            below = name == "qR"
+            ax.text(x, y + (-0.9 if below else 0.7), words, fontsize=6, ha="center", va="top" if below else "bottom", color=INK)
 
 
 def draw_rail_dimensions(ax: Axes, profile: ProfileData) -> None:
@@ -140,22 +145,6 @@ def draw_rail_dimensions(ax: Axes, profile: ProfileData) -> None:
         z = MM*float(np.interp(gauge, MM*curve.y[:top + 1], curve.z[:top + 1]))
         ax.plot([gauge], [z], "o", markersize=2.5, color=INK)
         ax.annotate("gauge point", (gauge, z), (gauge + 1.5, z - 6), fontsize=6, ha="left", va="center", color=INK)
-
-
-def lead(ax: Axes, start: Point, end: Point) -> None:
-    """Draw a thin line from the profile to the end of a dimension line."""
-    ax.plot(*zip(start, end, strict=True), color=GREY, linewidth=0.4)
-
-
-def dimension(ax: Axes, first: Point, last: Point, words: str, below: bool = False) -> None:
-    """Draw a dimension line with an arrow at either end and its words beside the middle."""
-    ax.annotate("", first, last, arrowprops=ARROW | {"arrowstyle": "<|-|>", "linewidth": 0.6})
-    middle = (first[0] + last[0])/2, (first[1] + last[1])/2
-    if first[0] == last[0]:
-        ax.text(middle[0] - 1, middle[1], words, rotation=90, fontsize=6, ha="right", va="center", color=INK)
-    else:
-        ax.text(middle[0], middle[1] + (-0.9 if below else 0.7), words, fontsize=6, ha="center", va="top" if below else "bottom",
-                color=INK)
 
 
 def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:

@@ -44,15 +44,9 @@ class Curve:
 @dataclass(frozen=True)
 class Panel:
     """A panel: curves of one unit."""
-    label: str
-    unit: str
+    label: str                    # of the vertical axis, with the unit
     scale: float                  # from SI to the unit
     curves: tuple[Curve, ...]
-
-    @property
-    def words(self) -> str:
-        """The label of the vertical axis."""
-        return f"{self.label} [{self.unit}]" if self.unit else self.label
 
 
 @dataclass(frozen=True)
@@ -60,16 +54,7 @@ class Page:
     """A page of panels against time, in columns beside each other."""
     title: str
     columns: tuple[tuple[Panel, ...], ...]
-    note: str | Callable[[RunData], str] = ""
-
-    @property
-    def panels(self) -> tuple[Panel, ...]:
-        """All panels of the page, column by column."""
-        return tuple(panel for column in self.columns for panel in column)
-
-    def words(self, run: RunData) -> str:
-        """The note on the page of a run."""
-        return self.note(run) if callable(self.note) else self.note
+    note: str = ""
 
     def of(self, run: RunData) -> Page | None:
         """The page with what the run has columns for, without work where no force does any; None without any column."""
@@ -84,13 +69,13 @@ class Page:
 
 def singles(**labels: str) -> tuple[Panel, ...]:
     """A panel for each column, with its label."""
-    return tuple(Panel(label, (shown := quantity(column)).unit, shown.scale, (Curve((column,), label, Line(BLACK)),))
-                 for column, label in labels.items())
+    return tuple(Panel(quantity(column)._replace(words=label).label, quantity(column).scale,
+                       (Curve((column,), label, Line(BLACK)),)) for column, label in labels.items())
 
 
 def of_contacts(what: str, label: str, *contacts: str) -> Panel:
     """A panel of one quantity of some contacts, each in the colour of the contact; y points outwards."""
-    return Panel(label, PER_CONTACT[what].unit, PER_CONTACT[what].scale, tuple(Curve(
+    return Panel(PER_CONTACT[what]._replace(words=label).label, PER_CONTACT[what].scale, tuple(Curve(
         (f"{what}_{c}",), CONTACT_NAMES[c], CONTACT_LINES[c], -1.0 if what == "y" and c[0] == "R" else 1.0) for c in contacts))
 
 
@@ -102,7 +87,7 @@ def panels(places: dict[str, tuple[str, str]], **labels: str) -> tuple[tuple[Pan
 
 def of_energies(label: str, *curves: Curve) -> Panel:
     """A panel of energies [J]."""
-    return Panel(label, "J", 1.0, curves)
+    return Panel(f"{label} [J]", 1.0, curves)
 
 
 def ratio_curve(side: str) -> Curve:
@@ -123,7 +108,7 @@ def constant_energies(run: RunData) -> str:
 WHEELS = {f"{side} wheel": contacts for side, contacts in SIDES.items()}
 PARTS = {"treads": ("LT", "RT"), "flanges": ("LF", "RF")}
 WORK = "W_ext",
-RATIO = Panel("L/V", "", 1.0, (ratio_curve("left"), ratio_curve("right")))
+RATIO = Panel("L/V", 1.0, (ratio_curve("left"), ratio_curve("right")))
 KINETIC = of_energies("kinetic energy", Curve(("KE_lat",), "lateral", Line(BLACK)),
                       Curve(("KE_vert",), "vertical", Line(GREEN, DASHED)), Curve(("KE_roll",), "roll", Line(PURPLE, DASH_DOT)))
 ELASTIC = Curve(("PE_elastic_L",), "elastic left", Line(BLUE)), Curve(("PE_elastic_R",), "elastic right", Line(RED))
@@ -150,12 +135,12 @@ PAGES = (
 IMPULSES = Page("impulses of impacts, and energy lost", (
     (*(panel for panel, in panels(WHEELS, P="impulses so far")), *singles(E_lost="energy lost so far")),),
     "rigid contacts: forces that last are on the page of forces, impacts on this one")
-ENERGY = Page("energy", (ENERGIES,), constant_energies)
+ENERGY = Page("energy", (ENERGIES,))
 # Around an impact, and before the end of a long run.
 CLOSE = (
     (of_contacts("N", "N", *CONTACTS), of_contacts("angle", "contact angle", "LF", "RF")),
-    tuple(Panel(label, unit, 1.0, (Curve((lateral,), "lateral", Line(BLACK)), Curve((vertical,), "vertical", Line(GREEN, DASHED))))
-          for label, unit, lateral, vertical in (("velocity", "m/s", "vY", "vZ"), ("acceleration", "m/s²", "aY", "aZ"))),
+    tuple(Panel(label, 1.0, (Curve((lateral,), "lateral", Line(BLACK)), Curve((vertical,), "vertical", Line(GREEN, DASHED))))
+          for label, lateral, vertical in (("velocity [m/s]", "vY", "vZ"), ("acceleration [m/s²]", "aY", "aZ"))),
     (of_energies("energy", *KINETIC.curves, Curve(("PE_elastic_L", "PE_elastic_R"), "elastic", Line(BLUE))), RATIO),
 )
 LAST = Page("motion and forces, last second", (POSITIONS, (*(panel for panel, in panels(WHEELS, N="normal N")), RATIO)))
@@ -167,7 +152,7 @@ def time_page(run: RunData, page: Page, window: Window | None = None) -> Figure 
     if shown is None:
         return None
     figure = new_page(f"{run.heading}: {page.title}", run.header.title,
-                      "; ".join(words for words in (page.words(run), window.title) if words) + f"\n{caption(run)}")
+                      "; ".join(words for words in (page.note, window.title) if words) + f"\n{caption(run)}")
     draw_columns(figure.add_gridspec(1, 1)[0], run, shown.columns, window)
     return figure
 
@@ -206,7 +191,7 @@ def draw_panel(ax: Axes, run: RunData, panel: Panel, window: Window) -> None:
     t = window.scale*(run.time[rows] - window.zero)
     drawn = [(t, panel.scale*curve.values(run)[rows], curve.label, curve.line) for curve in panel.curves]
     draw_curves(ax, drawn, window.band)
-    ax.set_ylabel(panel.words)
+    ax.set_ylabel(panel.label)
     if all(np.isnan(x).all() for _, x, *_ in drawn):
         ax.text(0.5, 0.5, "no contact", transform=ax.transAxes, ha="center", va="center", color="#606060", fontsize=7)
         ax.set_yticks([])

@@ -16,7 +16,7 @@ from ..plots.frame import legend_of_page, new_page
 from ..plots.stretches import rows_between, thin
 from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged
-from ..results.quantities import DEG, GROUPS, KN, significant
+from ..results.quantities import DEG, GROUPS, KN, Quantity, significant
 from ..results.run_data import RunData
 from ..viewer.page import law
 from .differences import Comparison, Pairing, compare, difference_table, event_table, impact_table, paired_impacts
@@ -27,6 +27,7 @@ OVERLAY_PAGES = 2
 ENOUGH_ROWS = 6         # of an impact, for its peak and times
 IMPACT_COLUMNS = ("start", 1e3), ("duration", 1e3), ("peak", KN), ("impulse", KN), ("angle", DEG)
 TIMES = "start", "duration"     # in microseconds, as events
+PLAIN = Quantity("", "", 1, digits=3)
 MARGIN = 0.35           # time before and after an impact, of the longest one
 
 
@@ -87,11 +88,6 @@ def footnote(found: Comparison) -> str:
     return words
 
 
-def number(x: float | None, digits: int = 3) -> str:
-    """Write a number with so many decimals; a dash for none."""
-    return "–" if x is None or not np.isfinite(x) else f"{x:.{digits}f}".replace("-", "−")
-
-
 def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
     """Files, events and peaks, impacts, differences in numbers, then overlays by theme."""
     yield from first_pages(found)
@@ -113,7 +109,7 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
                  [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], (0, 1, 2))
     events = []
     for _, row in event_table(found.runs).iterrows():
-        scale, told, unit = (1e3, number, "ms") if row["unit"] == "s" else (KN, significant, "kN")
+        scale, told, unit = (1e3, PLAIN.text, "ms") if row["unit"] == "s" else (KN, significant, "kN")
         events.append([row["file"], f"{row['words']} [{unit}]",
                        *(told(x if x is None else scale*x) for x in (row["reference"], row["value"], row["difference"]))])
     header, widths = ["events and peaks", "", "reference", "file", "difference"], [1.5, 3, 1, 1, 1]
@@ -144,7 +140,7 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
         for one in pairings:
             a, b = one.impacts[0], one.impacts[k]
             if a or b:
-                rows.append([one.words, *((number if name in TIMES else significant)(scale*getattr(x, name) if x else None)
+                rows.append([one.words, *((PLAIN.text if name in TIMES else significant)(scale*getattr(x, name) if x else None)
                                           for name, scale in IMPACT_COLUMNS for x in (a, b))])
         units = "start [ms]", "duration [ms]", "peak [kN]", "impulse [kN·s]", "angle [°]"
         header = ["impact", *(word for unit in units for word in (unit, ""))]
@@ -191,7 +187,7 @@ def difference_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
             for column in columns:
                 row, known = table.loc[(run.name, column)], found.shown(column)
                 rows.append(["   " + known.label, significant(known.scale*row["rms"]), significant(known.scale*row["largest"]),
-                             number(1e3*row["at [s]"]), number(100*row["share compared"], 1)])
+                             PLAIN.text(1e3*row["at [s]"]), PLAIN.text(100*row["share compared"], 1)])
         yield from paged(f"differences of {run.name}", f"reference: {found.runs[0].name}",
                          ["quantity", "root mean square", "largest", "at [ms]", "compared [% of rows]"], rows,
                          [2, 1.2, 1.2, 1.2, 1], (0,), footnote(found))

@@ -87,10 +87,8 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
     submitted is not done again: its steps end at its rows, and with other rows exercise 5 derails at another load."""
     cases = find_cases(inputs)
     known = {one.name: one for one in submitted}
-    tables: dict[str, ContactTable] = {}
-    for case in cases:
-        if case.case_name not in known and (key := table_key(case)) not in tables:
-            tables[key] = ContactTable.quiet(case)
+    several = {table_key(case): case for case in cases if case.case_name not in known}
+    tables = {key: ContactTable.quiet(case) for key, case in several.items()}
 
     def work(task: tuple[Case, str], tell: Progress) -> Outcome:
         case, name = task

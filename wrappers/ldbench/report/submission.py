@@ -6,7 +6,7 @@ of a chaotic motion. Tables have it in italics, with the digits that hold.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
@@ -88,7 +88,8 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         with ExitStack() as stack:
             if plotted in due:      # pages are drawn in other processes while the rest is made here
                 further = [(formulations.TITLE, formulations.figures(found, inputs))]
-                work[plotted] = stack.enter_context(drawing(runs, plotted, shapes(runs), jobs, bar.update, further, fine, chaotic))
+                shapes = ((run, ContactTable.quiet(run.case).geometry()) for run, *_ in by_pair(runs).values())
+                work[plotted] = stack.enter_context(drawing(runs, plotted, shapes, jobs, bar.update, further, fine, chaotic))
             for product, make in work.items():
                 if product in due:
                     make()
@@ -96,12 +97,6 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
                 bar.update(len(files) + 1 if product == plotted and product not in due else 1)
                 bar.write(product.name)
     return files + products
-
-
-def shapes(runs: Sequence[RunData]) -> Iterator[tuple[RunData, pd.DataFrame]]:
-    """The geometry functions of each pair of profiles, with a run that has them."""
-    for run, *_ in by_pair(runs).values():
-        yield run, ContactTable.quiet(run.case).geometry()
 
 
 def write_summary(runs: Sequence[RunData], target: Path, chaotic: Chaotic) -> None:

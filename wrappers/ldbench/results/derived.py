@@ -59,11 +59,15 @@ def spectrum(run: RunData, column: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def exchange(run: RunData, start: float, end: float) -> Exchange | None:
-    """Kinetic energies before and after an impact from `start` to `end` [s]; None without the columns of energies."""
+    """Kinetic energies before and after an impact from `start` to `end` [s], which are equal for a rigid contact; None without the
+    columns of energies."""
     if not {*PARTS, "PE_elastic_L", "PE_elastic_R"}.issubset(run.data):
         return None
     first = max(int(np.searchsorted(run.time, start, "right")) - 1, 0)
     last = min(int(np.searchsorted(run.time, end)), len(run.time) - 1)
+    # Two rows have the time of a rigid impact, that before it and that after it. Files have it in nine digits.
+    if start == end and (same := np.flatnonzero(np.isclose(run.time, start, rtol=1e-8, atol=0))).size:
+        first, last = int(same[0]), int(same[-1])
     elastic = (run.values("PE_elastic_L") + run.values("PE_elastic_R"))[first:last + 1]
     before, after = ({name: float(run.values(name)[k]) for name in PARTS} for k in (first, last))
     return Exchange(before, after, float(elastic.max()))

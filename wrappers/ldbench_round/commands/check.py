@@ -1,10 +1,9 @@
 """Check submissions to the benchmark: are they complete, and does physics agree with them?
 
-A folder holds the files of one code, of which the names say the simulation, as ex2_aw.csv or exercise3_simplified.txt.
-No reference is needed: kinematics, momentum and energy have to close, contacts push along the normal, and the motion is
-that of the exercise. Files of other codes need no map of their columns: it is guessed from names and from agreement with a
-run of our own, and printed where that is in doubt. A finding is passed, doubtful or failed; one failure makes the status 1.
-Files whose names speak of no simulation are told and left out.
+A folder holds the files of one code, of which the names say the simulation, as ex2_aw.csv or exercise3_simplified.txt; other
+files are told and left out. No reference is needed: kinematics, momentum and energy have to close, and the motion is that of the
+exercise. Files of other codes need no map of their columns: it is guessed from names and from agreement with a run of our own.
+A finding is passed, doubtful or failed; one failure makes the status 1.
 
 examples:
   python -m ldbench check outputs
@@ -21,7 +20,7 @@ from ldbench import Error
 from ldbench.commands.options import add_json, add_map, add_simulation, print_json
 from ldbench.tools import complete
 
-from ..check import Checked, check_file, check_folder
+from ..check import Checked, check_file, check_folder, unlike
 from ..findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
 from ..tasks import task_named
 
@@ -45,15 +44,18 @@ def main(args: argparse.Namespace) -> int:
     if args.save_map:
         save_map(args.save_map, checked)
     if args.json:
-        print_json({"folder": [asdict(finding) for finding in folder], "files": [one.facts() for one in checked]})
+        print_json({"folder": [asdict(finding) for finding in folder], "files": [
+            {"file": str(one.file), "simulation": one.task.name, "map": one.guess.toml() if one.guess else None,
+             "findings": [asdict(finding) for finding in one.findings]} for one in checked]})
     else:
         if folder:
             print(f"{args.path}: {counts(folder)}")
             print_findings(folder, args.all)
         for one in checked:
             print(f"{one.file}: {one.task.words}; {counts(one.findings)}")
-            if one.guess and (args.show_map or (one.doubt and not args.save_map)):
-                print(f"  the map of its columns, guessed{' with doubt' if one.doubt else ''}:")
+            doubt = bool(one.guess and unlike(one.guess))
+            if one.guess and (args.show_map or (doubt and not args.save_map)):
+                print(f"  the map of its columns, guessed{' with doubt' if doubt else ''}:")
                 print("".join(f"  {line}\n" for line in one.guess.toml().splitlines()), end="")
             print_findings(one.findings, args.all)
     return int(any(finding.verdict == FAILED for findings in (folder, *(one.findings for one in checked)) for finding in findings))

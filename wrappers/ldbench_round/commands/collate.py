@@ -2,12 +2,10 @@
 
 The folder has a folder for each code, with its files, whose names say the simulation, as ex2_aw.csv, and a description
 submission.toml: code, version, authors, formulation, restitution, law, step, machine, processor_time, map (all optional).
-Files of other codes are read by the map, a table [map] or the name of a file, or by a map that is guessed as `check` does.
-With --reference every file is scored as `score` does, and graded. A code that tells its restitution has rigid contacts: where
-the reference is elastic, it is scored against our own run with rigid contacts and this restitution.
-Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read and computed of a
-code is kept in DIR/.ldbench, so that a late submission costs its own files alone. Whatever a code sends, the others are
-collated; what could not be used is printed, a line each.
+Without a map the columns are guessed, as `check` does. With --reference every file is scored and graded, as `score` does; a
+code that tells its restitution against our own run with rigid contacts, where the reference is elastic.
+Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read of a code is kept in
+DIR/.ldbench, so that a late submission costs its own files alone. What could not be used is printed, a line each.
 
 examples:
   python -m ldbench collate codes
@@ -21,19 +19,19 @@ from pathlib import Path
 
 from ldbench import Error
 from ldbench.commands.options import add_folder, add_jobs, add_reference
-from ldbench.tools import kept_in, make_results_folder
+from ldbench.tools import counted, kept_in, make_results_folder
 
 from ..collation import collate, write_csv
 from ..collation_html import make_page
 from ..collation_pdf import make_document
-from ..round_grades import find_references
+from ..kept_entries import find_references
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="a folder that holds a folder for each code")
     add_folder(parser, "where the results go")
     add_reference(parser)
-    add_jobs(parser, "files read, or chapters drawn, side by side")
+    add_jobs(parser, "files read side by side")
 
 
 def main(args: argparse.Namespace) -> int:
@@ -52,9 +50,8 @@ def main(args: argparse.Namespace) -> int:
         raise Error(f"{args.folder}: expected a file that can be used, found none")
     files = [args.output/f"collation{ending}" for ending in (".csv", ".pdf", ".html")]
     write_csv(found, files[0])
-    make_document(found, files[1], args.jobs)
+    make_document(found, files[1])
     make_page(found).write(files[2])
-    codes = len(found.codes)
-    print(f"{codes} code{'s'*(codes != 1)}, {found.used} of {len(found.entries)} files used, {len(found.computed)} read")
+    print(f"{counted(len(found.codes), 'code')}, {found.used} of {len(found.entries)} files used, {len(found.computed)} read")
     print("\n".join(str(file) for file in files))
     return 0

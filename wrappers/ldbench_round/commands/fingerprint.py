@@ -12,12 +12,13 @@ examples:
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 
 from ldbench.commands.options import add_json, add_map, add_simulation, print_json
 
 from ..check import read_submitted
-from ..estimate import Estimate
+from ..findings import Estimate
 from ..fingerprint import Fingerprint, fingerprint, plus_minus
 from ..submissions import complaint
 from ..tasks import task_named
@@ -43,7 +44,7 @@ def main(args: argparse.Namespace) -> int:
                 raise
             failures.append(complaint(error, file))
     if args.json:
-        print_json({"files": [{"file": str(file), "sentence": one.sentence, **one.facts()} for file, one in found],
+        print_json({"files": [{"file": str(file), "sentence": one.sentence, **asdict(one)} for file, one in found],
                     "failures": failures})
         return int(bool(failures))
     for file, one in found:
@@ -56,20 +57,13 @@ def main(args: argparse.Namespace) -> int:
 
 
 def lines_of(one: Fingerprint) -> list[tuple[str, str]]:
-    """The numbers in words."""
-    damping = f"{one.damping_kind}" if one.damping_kind else "damping"
+    """The numbers in words, each with its uncertainty and what it rests upon, or why there is none."""
     told: list[tuple[str, Estimate, float, str]] = [
-            ("exponent of the approach", one.exponent, 1.0, ""), ("exponent while closing", one.closing, 1.0, ""),
-            ("exponent while opening", one.opening, 1.0, ""),
+            ("exponent of the approach", one.exponent, 1.0, ""),
             (f"force at an approach of {1e3*one.approach:.3g} mm" if one.force.known else "force", one.force, 1e-3, "kN"),
             ("force over that of Hertz", one.hertz, 1.0, ""), ("restitution of the energy", one.restitution, 1.0, ""),
-            ("energy lost per impact", one.loss, 100.0, "%"), (damping, one.damping, 1.0, one.damping.unit),
+            ("energy lost per impact", one.loss, 100.0, "%"), (one.damping_kind or "damping", one.damping, 1.0, one.damping.unit),
             ("time step", one.step, 1e3, "ms"), ("pitch of a contact table", one.pitch, 1e3, "mm")]
-    return [("contact", f"{one.kind}; {one.because}"), *((what, told_in_words(x, factor, unit)) for what, x, factor, unit in told)]
-
-
-def told_in_words(x: Estimate, factor: float, unit: str) -> str:
-    """A number with its uncertainty and what it rests upon, or why there is none."""
-    if not x.known:
-        return f"not told: {x.why}"
-    return f"{plus_minus(x, factor)}{f' {unit}' if unit else ''} ({x.why})"
+    return [("contact", f"{one.kind}; {one.because}"), *(
+        (what, f"{' '.join([plus_minus(x, factor), *([unit] if unit else [])])} ({x.why})" if x.known else f"not told: {x.why}")
+        for what, x, factor, unit in told)]

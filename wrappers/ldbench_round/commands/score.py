@@ -1,12 +1,10 @@
 """Score column files against a reference, in numbers that survive impacts.
 
-Columns are compared pointwise only while both files have the same contacts closed. Events are matched by contact, kind and
-order, and forces by the impulse of each impact. Nothing counts beyond the horizon of the simulation, where a difference of
-1e-9 has grown to 1e-3. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside; each kind of quantity
-has that of its worst one, and what has no partner counts as a difference of 1. Beside it stand the share that was scored and the
-difference in units of what Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. The files may be those
-of any code; without a map their columns are guessed, as `check` does. A file with rigid contacts and one with elastic ones
-differ after the first impact, and the heading says so. docs/organiser.md defines every number.
+Columns are compared pointwise only while both files have the same contacts closed, events are matched in order, and nothing
+counts beyond the horizon of the simulation. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside;
+each kind of quantity has that of its worst one. Beside it stand the share that was scored and the difference in units of what
+Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. Without a map the columns of other codes are guessed,
+as `check` does. docs/organiser.md defines every number.
 
 examples:
   python -m ldbench score outputs/ex2_aw.txt --reference outputs
@@ -25,8 +23,8 @@ from ldbench.results.run_data import RunData
 
 from ..check import read_submitted
 from ..findings import FAILED
-from ..horizon import yardsticks
 from ..metrics import score
+from ..own_runs import yardsticks
 from ..physics_checks import start_findings
 from ..scores import KINDS, OVER_TIME, Score, Scores
 from ..submissions import complaint, find_files
@@ -115,7 +113,7 @@ def heading(scores: Scores) -> str:
 def lines(scores: Scores, everything: bool) -> Iterator[str]:
     """The table of a file: a line for each kind, with the quantity that grades it; or all scores."""
     yield f"  {'quantity':44} {'difference':>10} {'grade':>6} {'scored':>7} {'of Hertz':>9} {'of spread':>9}"
-    for kind, (words, _) in KINDS.items():
+    for kind, words in KINDS.items():
         if everything:
             yield from (row(quantity(one.name).words if kind in OVER_TIME else one.name, one, one.share)
                         for one in scores.of_kind(kind))

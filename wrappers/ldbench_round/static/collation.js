@@ -3,8 +3,7 @@
 const DASHES = [[], [6, 3], [2, 2]], WIDTHS = [1.6, 1.9, 2.1];
 const COLOURS = 6;
 const FAR = 3;              // ranges of the median code, beyond which a curve leaves its chart
-const BEGUN = 5e-4;         // within which an impact begins whose contact is told to close at 0 [s]
-const LEFT = 58, RIGHT = 8, TOP = 8, BOTTOM = 24;
+const LEFT = 58, RIGHT = 8, TOP = 8, BOTTOM = 24;       // margins of a chart
 const state = {task: 0, front: -1, shown: [], number: "main", as: "value"};
 let facts, medians;
 const charts = [];
@@ -18,6 +17,13 @@ function element(name, words, parent, look) {
 }
 
 const byId = id => document.getElementById(id);
+
+// The row of heads and the body of a table that is drawn anew.
+function emptied(id) {
+  byId(id).replaceChildren();
+  return [element("tr", undefined, element("thead", undefined, byId(id))), element("tbody", undefined, byId(id))];
+}
+
 const dashed = words => words.replace("-", "−");
 
 // A number as Quantity.text shows it.
@@ -28,9 +34,7 @@ function text(name, x) {
   return dashed(words.length > 10 ? (known.scale * x).toExponential(2) : words);
 }
 
-function unit(name) {
-  return facts.numbers[name].unit ? ` [${facts.numbers[name].unit}]` : "";
-}
+const unit = name => facts.numbers[name].unit ? ` [${facts.numbers[name].unit}]` : "";
 
 function percent(x) {
   if (Math.abs(x) >= 10) return `× ${dashed((1 + x).toPrecision(3))}`;
@@ -51,54 +55,33 @@ function fromMedian(name, x, task) {
   return middle ? percent((x - middle) / Math.abs(middle)) : "";
 }
 
-// Curves come as differences of whole numbers.
-function unpack(curve) {
-  const n = curve.dt.length, t = new Float64Array(n), x = new Float64Array(n);
-  for (let i = 0, a = 0, b = 0; i < n; i++) {
-    t[i] = curve.t[0] + (a += curve.dt[i]) * curve.t[1];
-    x[i] = curve.x[0] + (b += curve.dx[i]) * curve.x[1];
-  }
-  for (const gap of curve.gaps) x[gap] = NaN;
-  return {t, x};
-}
-
 function curveOf(k, name) {
   const entry = facts.codes[k].entries[state.task];
   if (!entry || !entry.curves[name]) return null;
   entry.open ??= {};
-  return entry.open[name] ??= {...unpack(entry.curves[name]), until: entry.until ?? Infinity};
+  const [t, x] = entry.curves[name];
+  return entry.open[name] ??= {t, x: x.map(v => v ?? NaN), until: entry.until ?? Infinity, opening: entry.opening[name] ?? 0};
 }
 
 function swatch(k) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  made.setAttribute("class", "swatch");
-  made.setAttribute("viewBox", "0 0 28 8");
-  made.setAttribute("aria-hidden", "true");
-  line.setAttribute("d", "M0 4H28");
-  line.setAttribute("class", `code${k % COLOURS}`);
-  line.setAttribute("stroke-dasharray", dashesOf(k).join(" "));
-  made.append(line);
-  return made;
+  const made = document.createElement("span");
+  made.innerHTML = `<svg class="swatch" viewBox="0 0 28 8" aria-hidden="true"><path d="M0 4H28" class="code${k % COLOURS}" stroke-dasharray="${dashesOf(k).join(" ")}"/></svg>`;
+  return made.firstChild;
 }
 
-function dashesOf(k) {
-  return DASHES[Math.floor(k / COLOURS) % DASHES.length];
-}
+const dashesOf = k => DASHES[Math.floor(k / COLOURS) % DASHES.length];
 
 // ---- matrix --------------------------------------------------------------------------
+const numberOf = task => state.number === "main" ? task.main : state.number;
+
 function drawMatrix() {
-  const table = byId("matrix");
-  table.replaceChildren();
-  const head = element("tr", undefined, element("thead", undefined, table));
+  const [head, body] = emptied("matrix");
   element("th", "code", head);
   for (const task of facts.tasks) {
-    const name = state.number === "main" ? task.main : state.number;
     const cell = element("th", task.name, head);
     cell.title = task.words;
-    element("small", facts.numbers[name].short + unit(name), cell);
+    element("small", facts.numbers[numberOf(task)].short + unit(numberOf(task)), cell);
   }
-  const body = element("tbody", undefined, table);
   facts.codes.forEach((code, k) => {
     const row = element("tr", undefined, body);
     const name = element("th", undefined, row);
@@ -111,7 +94,7 @@ function drawMatrix() {
 function matrixCell(entry, k, j) {
   const cell = element("td", undefined, null, entry ? entry.shade : "");
   if (j === state.task && k === state.front) cell.classList.add("chosen");
-  const name = state.number === "main" ? facts.tasks[j].main : state.number;
+  const name = numberOf(facts.tasks[j]);
   const words = !entry ? "–" : entry.error ? "cannot be used" : text(name, entry.numbers[name]);
   const button = element("button", undefined, cell);
   button.type = "button";
@@ -135,10 +118,9 @@ function matrixCell(entry, k, j) {
 
 // ---- codes ---------------------------------------------------------------------------
 function drawCodes() {
-  const place = byId("codes");
-  place.replaceChildren();
+  byId("codes").replaceChildren();
   facts.codes.forEach((code, k) => {
-    const label = element("label", undefined, place, k === state.front ? "front" : "");
+    const label = element("label", undefined, byId("codes"), k === state.front ? "front" : "");
     const box = element("input", undefined, label);
     box.type = "checkbox";
     box.checked = state.shown[k];
@@ -155,6 +137,7 @@ function drawCodes() {
 class Chart {
   constructor(known) {
     this.known = known;
+    [this.scale, this.unit] = known.impact ? [1e3, "ms"] : [1, "s"];
     this.window = null;
     const card = element("section", undefined, byId("charts"), known.impact ? "card impact" : "card");
     element("h2", `${known.words} [${known.unit}]`, card);
@@ -168,23 +151,26 @@ class Chart {
     });
     this.canvas.addEventListener("pointermove", event => this.hover(event.offsetX, event.offsetY));
     this.canvas.addEventListener("pointerup", event => this.zoom(event.offsetX));
-    this.canvas.addEventListener("pointerleave", () => {
-      this.from = this.at = undefined;
-      this.told.textContent = this.rest();
-      this.draw();
-    });
-    this.canvas.addEventListener("dblclick", () => {
-      this.window = null;
-      this.draw();
-    });
+    this.canvas.addEventListener("pointerleave", () => this.clear());
+    this.canvas.addEventListener("dblclick", () => this.show(null));
+  }
+
+  show(window) {
+    this.window = window;
+    this.draw();
   }
 
   rest() {
-    if (matchMedia("(pointer: coarse)").matches) return this.known.impact ? "time since the contact closed in each code" : "";
-    return this.known.impact ? "time since the contact closed in each code; drag to zoom, double click for all" : "drag to zoom, double click for all";
+    const parts = this.known.impact ? ["time since the contact closed in each code"] : [];
+    if (!matchMedia("(pointer: coarse)").matches) parts.push("drag to zoom, double click for all");
+    return parts.join("; ");
   }
 
-  scale() { return this.known.impact ? 1e3 : 1; }
+  clear() {
+    this.from = this.at = undefined;
+    this.told.textContent = this.rest();
+    this.draw();
+  }
 
   timeAt(x) {
     const [start, end] = this.limits, width = this.canvas.clientWidth - LEFT - RIGHT;
@@ -195,10 +181,7 @@ class Chart {
     const to = this.timeAt(x), from = this.from;
     this.from = undefined;
     const [start, end] = this.limits;
-    if (from !== undefined && Math.abs(to - from) > 0.01 * (end - start)) {
-      this.window = [Math.min(from, to), Math.max(from, to)];
-      this.draw();
-    }
+    if (from !== undefined && Math.abs(to - from) > 0.01 * (end - start)) this.show([Math.min(from, to), Math.max(from, to)]);
   }
 
   // The limits of time and values of what is shown; curves far beyond the median code hide no others.
@@ -207,7 +190,7 @@ class Chart {
     const curves = this.drawn.filter(curve => curve && curve.t.length > 1);
     let [start, end] = within(curves.map(({t}) => [t[0], t[t.length - 1]]));
     if (this.known.impact) {
-      const last = Math.max(...curves.map(openingOf));
+      const last = Math.max(...curves.map(({opening}) => opening));
       if (last > 0) end = Math.min(end, 1.25 * last);
     }
     if (this.window) [start, end] = this.window;
@@ -242,9 +225,7 @@ class Chart {
     pen.beginPath();
     pen.rect(LEFT, TOP, width - LEFT - RIGHT, height - TOP - BOTTOM);
     pen.clip();
-    const order = this.drawn.map((_, k) => k).filter(k => k !== state.front);
-    if (state.front >= 0) order.push(state.front);
-    for (const k of order) if (this.drawn[k]) this.line(pen, colour, k);
+    for (const k of [...this.drawn.keys()].filter(k => k !== state.front).concat(state.front)) if (this.drawn[k]) this.line(pen, colour, k);
     if (this.at) {
       pen.fillStyle = colour(`--code${this.at.code % COLOURS}`);
       pen.beginPath();
@@ -261,38 +242,29 @@ class Chart {
     pen.lineWidth = WIDTHS[group] + (k === state.front || this.at && this.at.code === k ? 1.2 : 0);
     pen.setLineDash(dashesOf(k));
     pen.beginPath();
-    let open = false;
-    for (let i = 0; i < t.length; i++) {
-      if (Number.isNaN(x[i])) open = false;
-      else if (open) pen.lineTo(this.x(t[i]), this.y(x[i]));
-      else {
-        pen.moveTo(this.x(t[i]), this.y(x[i]));
-        open = true;
-      }
-    }
+    t.forEach((time, i) => {
+      if (Number.isNaN(x[i])) return;
+      if (i && !Number.isNaN(x[i - 1])) pen.lineTo(this.x(time), this.y(x[i]));
+      else pen.moveTo(this.x(time), this.y(x[i]));
+    });
     pen.stroke();
     pen.globalAlpha = 1;
     pen.setLineDash([]);
   }
 
   grid(pen, colour, width, height) {
-    pen.strokeStyle = colour("--faint");
+    const across = ticks(this.limits[0] * this.scale, this.limits[1] * this.scale, width / 90);
+    const up = ticks(this.range[0] * this.known.scale, this.range[1] * this.known.scale, height / 45);
+    pen.fillStyle = colour("--faint");
+    for (const {value} of across) pen.fillRect(this.x(value / this.scale) - 0.5, TOP, 1, height - TOP - BOTTOM);
+    for (const {value} of up) pen.fillRect(LEFT, this.y(value / this.known.scale) - 0.5, width - LEFT - RIGHT, 1);
     pen.fillStyle = colour("--muted");
-    pen.lineWidth = 1;
     pen.textAlign = "center";
-    for (const t of ticks(this.limits[0] * this.scale(), this.limits[1] * this.scale(), width / 90)) {
-      const x = this.x(t.value / this.scale());
-      stroke(pen, x, TOP, x, height - BOTTOM);
-      pen.fillText(dashed(t.words), Math.min(x, width - 16), height - 9);
-    }
+    for (const {value, words} of across) pen.fillText(words, Math.min(this.x(value / this.scale), width - 16), height - 9);
     pen.textAlign = "right";
-    for (const v of ticks(this.range[0] * this.known.scale, this.range[1] * this.known.scale, height / 45)) {
-      const y = this.y(v.value / this.known.scale);
-      stroke(pen, LEFT, y, width - RIGHT, y);
-      pen.fillText(dashed(v.words), LEFT - 6, y + 4);
-    }
+    for (const {value, words} of up) pen.fillText(words, LEFT - 6, this.y(value / this.known.scale) + 4);
     pen.textAlign = "left";
-    pen.fillText(this.known.impact ? "ms" : "s", 4, height - 9);
+    pen.fillText(this.unit, 4, height - 9);
   }
 
   // The nearest curve is told.
@@ -307,28 +279,16 @@ class Chart {
     });
     this.at = best;
     this.told.textContent = best
-      ? `${facts.codes[best.code].name}: ${dashed((best.v * this.known.scale).toPrecision(5))} ${this.known.unit} at ${dashed((t * this.scale()).toPrecision(5))} ${this.known.impact ? "ms" : "s"}`
+      ? `${facts.codes[best.code].name}: ${dashed((best.v * this.known.scale).toPrecision(5))} ${this.known.unit} at ${dashed((t * this.scale).toPrecision(5))} ${this.unit}`
       : this.rest();
     this.draw();
   }
 }
 
-function stroke(pen, ...points) {
-  pen.beginPath();
-  pen.moveTo(points[0], points[1]);
-  pen.lineTo(points[2], points[3]);
-  pen.stroke();
-}
-
 // The smallest and the largest value of a curve in a window of time.
 function rangeOf({t, x}, start, end) {
-  let low = Infinity, high = -Infinity;
-  for (let i = 0; i < t.length; i++) {
-    const near = t[Math.min(i + 1, t.length - 1)] >= start && t[i] <= end;
-    if (near && x[i] < low) low = x[i];
-    if (near && x[i] > high) high = x[i];
-  }
-  return [low, high];
+  const near = [...x].filter((v, i) => t[Math.min(i + 1, t.length - 1)] >= start && t[i] <= end && !Number.isNaN(v));
+  return [Math.min(...near), Math.max(...near)];
 }
 
 // One range that holds all, but for what goes beyond FAR times the range of the median.
@@ -339,23 +299,8 @@ function within(ranges) {
   return [Math.max(Math.min(...lows), median(lows) - far), Math.min(Math.max(...highs), median(highs) + far)];
 }
 
-// When the force of an impact is gone that begins at 0; minus infinity where none begins there.
-function openingOf({t, x}) {
-  let most = 0;
-  for (const v of x) if (v > most) most = v;
-  for (let i = 0, closed = false; i < t.length; i++) {
-    if (t[i] > 0 && x[i] > 0.001 * most) closed = true;
-    else if (t[i] > BEGUN || closed) return closed ? t[i] : -Infinity;
-  }
-  return -Infinity;
-}
-
 function valueAt({t, x}, at) {
-  let a = 0, b = t.length - 1;
-  while (b - a > 1) {
-    const middle = (a + b) >> 1;
-    if (t[middle] <= at) a = middle; else b = middle;
-  }
+  const b = Math.max(1, t.findIndex(time => time >= at)), a = b - 1;
   return t[b] > t[a] ? x[a] + (x[b] - x[a]) * (at - t[a]) / (t[b] - t[a]) : x[a];
 }
 
@@ -363,28 +308,19 @@ function ticks(low, high, count) {
   const rough = (high - low) / Math.max(2, count), power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find(k => k * power >= rough);
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push({value: k * step, words: (k * step).toFixed(digits)});
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push({value: k * step, words: dashed((k * step).toFixed(digits))});
   return found;
 }
 
-function drawCharts() {
-  for (const chart of charts) {
-    chart.at = undefined;
-    chart.told.textContent = chart.rest();
-    chart.draw();
-  }
-}
+const drawCharts = () => charts.forEach(chart => chart.clear());
 
 // ---- numbers -------------------------------------------------------------------------
 function drawNumbers() {
-  const task = facts.tasks[state.task], table = byId("numbers");
+  const task = facts.tasks[state.task], [head, body] = emptied("numbers");
   const names = task.numbers.filter(name => medians[state.task][name] !== null);
   byId("numbers-title").textContent = `Numbers of ${task.words}, each with its distance from the median`;
-  table.replaceChildren();
-  const head = element("tr", undefined, element("thead", undefined, table));
   for (const words of ["", ...names.map(name => facts.numbers[name].short + unit(name)), "passed / doubtful / failed"]) element("th", words, head);
   names.forEach((name, k) => { head.children[k + 1].title = facts.numbers[name].words; });
-  const body = element("tbody", undefined, table);
   const middle = element("tr", undefined, body, "middle");
   element("th", "median", middle);
   for (const name of names) element("td", text(name, medians[state.task][name]), middle);
@@ -393,8 +329,7 @@ function drawNumbers() {
     const entry = code.entries[state.task];
     if (!entry) return;
     const row = element("tr", undefined, body);
-    const label = element("th", undefined, row);
-    label.append(swatch(k), ` ${code.name}`);
+    element("th", undefined, row).append(swatch(k), ` ${code.name}`);
     for (const name of names) {
       const cell = element("td", text(name, entry.numbers[name]), row);
       if (entry.reasons[name]) cell.title = entry.reasons[name];
@@ -415,13 +350,6 @@ function fillRows(id, rows) {
   }
 }
 
-function drawFindings() {
-  fillRows("findings", facts.codes.flatMap(code => {
-    const entry = code.entries[state.task];
-    return (entry ? entry.error ? [entry.error] : entry.findings : []).map(line => [code.name, line]);
-  }));
-}
-
 // ---- the page ------------------------------------------------------------------------
 function choose(task) {
   state.task = (task + facts.tasks.length) % facts.tasks.length;
@@ -430,7 +358,8 @@ function choose(task) {
   drawMatrix();
   drawCodes();
   drawNumbers();
-  drawFindings();
+  fillRows("findings", facts.codes.flatMap(({name, entries: {[state.task]: entry}}) =>
+    (entry ? entry.error ? [entry.error] : entry.findings : []).map(line => [name, line])));
   drawCharts();
 }
 

@@ -23,9 +23,10 @@ class Panel extends Chart {
   }
 
   // The legend: of one run, each column with its look; of several, each column once, and behind it the looks and values of
-  // all runs, whose names stand with their looks at the top of the page.
+  // all runs, whose names stand with their looks at the top of the page; the last value has the unit.
   legend(lines) {
-    this.values = lines.map(line => ({...line, value: make("b")}));
+    const isLast = (line, k) => !lines.slice(k + 1).some(({column}) => column.name === line.column.name);
+    this.values = lines.map((line, k) => ({...line, value: make("b"), isLast: isLast(line, k)}));
     if (this.page.runs.length < 2)
       return this.values.map(one => make("li", {}, swatch(one), one.column.words, one.value));
     return this.names.map(name => this.values.filter(one => one.column.name === name)).filter(some => some.length)
@@ -119,7 +120,7 @@ class Panel extends Chart {
       const {reading: {x}, column} = this.reading(line, t), [words, unit] = this.valueWords(line, t);
       const d = mark === null ? NaN : x - this.reading(line, mark).reading.x;
       const since = Number.isFinite(d) ? ` (${d >= 0 ? "+" : ""}${shortWords(column.scale * d, 5)})` : "";
-      line.value.textContent = `${words}${since} ${unit}`;
+      line.value.textContent = words + since + (line.isLast ? ` ${unit}` : "");
     }
   }
 
@@ -163,7 +164,7 @@ class Panel extends Chart {
   setBoxing(on) {
     this.boxing = on;
     this.canvas.style.touchAction = on ? "none" : "";
-    this.drawHead();
+    this.redraw();
   }
 
   // Zoom to a box of pixels, in time and in values; over another column, in both columns.

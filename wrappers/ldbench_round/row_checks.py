@@ -1,4 +1,9 @@
-"""Whether forces act where a file says that they act: contact points on the rail, and forces normal to its profile there."""
+"""Whether forces and contacts of a row agree with the call: mass, weight and roll inertia, points of contact, angles, radii.
+
+Newton's law holds in every row, so that accelerations and forces tell the inertia: forces over accelerations have its slope. In
+rows in which hardly anything accelerates, the forces tell the weight. An error of some percent hides in the momentum of a
+whole run, whose impacts are hundreds of times as large. Contact points lie on the rail, where forces are normal to its profile.
+"""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -9,11 +14,18 @@ from scipy.spatial import KDTree
 
 from ldbench import Case
 from ldbench.geometry.outlines import case_outlines
-from ldbench.results.quantities import CONTACTS
+from ldbench.results.derived import cumulative
+from ldbench.results.quantities import CONTACTS, GRAVITY
 from ldbench.results.run_data import RunData
 
-from .findings import Finding, judged
+from .findings import FAILED, UNKNOWN, Finding, judged
 
+LINEAR = 0.04           # residual over the forces, at most, of rows that obey one law
+QUIET = 0.3             # share of the rows, those with the least acceleration, that tell the weight
+LEAST_ROWS = 20
+INERTIA = 0.005, 0.015  # relative errors: doubtful, wrong. Rows in which the law does not hold are not judged
+ROLL_INERTIA = 0.03, 0.06   # points of contact may be anywhere within the elastic approach
+OF_MOMENT = "Y", "Z", *(f"{name}_{contact}" for name in ("Fy", "Fz", "y", "z") for contact in CONTACTS)
 LIGHT = 3e5             # force with a patch short enough for one direction of the profile [N]; heavier ones span an arc
 LOADED = 0.02           # of the largest force of a contact, from which its rows count
 ROWS = 3000             # at most
@@ -23,6 +35,76 @@ TURNED = 0.05, 0.2      # from the normal of the profile: doubtful, wrong [rad]
 MODULUS = 9e10          # force over approach to the power 3/2 of steel wheels on rails, roughly [N/m^1.5]
 RADIUS = 0.3e-3, 1.5e-3 # from the distance of the contact from the axle, beyond the elastic approach: doubtful, wrong [m]
 ARC = 1e-3              # to either side over which the direction of the profile is taken [m]: patches are longer
+
+
+def inertia_findings(run: RunData, case: Case, dense: bool = False) -> Iterator[Finding]:
+    """Mass, weight and roll inertia. dense: rows are so near, and contacts so soft, that accelerations are those of the forces."""
+    weight = weight_of(case)
+    if has(run, "aZ", *(f"Fz_{contact}" for contact in CONTACTS)):
+        force, a = total(run, "Fz"), run.values("aZ")
+        quiet = np.abs(a) <= np.nanquantile(np.abs(a), QUIET)
+        found = float(np.nanmedian((force - case.mass*a)[quiet]))
+        yield slope_finding("mass by the vertical forces", a, force - found, case.mass, INERTIA, "kg", dense)
+        yield judged("weight and vertical load", abs(found/weight - 1), *INERTIA,
+                     hint=f"expected {1e-3*weight:.1f} kN, found {1e-3*found:.1f} kN where hardly anything accelerates")
+    if has(run, "aY", *(f"Fy_{contact}" for contact in CONTACTS)):
+        yield slope_finding("mass by the lateral forces", run.values("aY"), total(run, "Fy") + lateral_force(run, case), case.mass,
+                            INERTIA, "kg", dense)
+    if has(run, "roll_acc", *OF_MOMENT):
+        yield slope_finding("roll inertia", run.values("roll_acc"), roll_moment(run, case), case.roll_inertia, ROLL_INERTIA,
+                            "kg m2")
+
+
+def has(run: RunData, *columns: str) -> bool:
+    """Whether a file has columns."""
+    return all(column in run.data for column in columns)
+
+
+def weight_of(case: Case) -> float:
+    """Weight of the wheelset and vertical load [N]."""
+    return float(case.mass*GRAVITY + case.vertical_load)
+
+
+def lateral_force(run: RunData, case: Case) -> np.ndarray:
+    """The lateral force that acts on the wheelset beside those of the contacts, (rows,) [N]."""
+    return case.lateral_force + case.lateral_ramp*run.time
+
+
+def lateral_work(run: RunData, case: Case) -> np.ndarray:
+    """The work of that force, (rows,) [J]."""
+    return cumulative(run.time, lateral_force(run, case)*run.values("vY"))
+
+
+def roll_moment(run: RunData, case: Case) -> np.ndarray:
+    """Moment of all contact forces about the axle's centre, (rows,) [N m]."""
+    moment = np.zeros(run.time.size)
+    for contact in CONTACTS:
+        fy, fz, y, z = (run.values(f"{name}_{contact}") for name in ("Fy", "Fz", "y", "z"))
+        moment += np.nan_to_num((y - run.values("Y"))*fz - (z - run.values("Z") - axle_height(case))*fy)
+    return moment
+
+
+def total(run: RunData, name: str) -> np.ndarray:
+    """Sum of a force over the four contacts, (rows,) [N]."""
+    return np.asarray(sum(np.nan_to_num(run.values(f"{name}_{contact}")) for contact in CONTACTS))
+
+
+def slope_finding(what: str, acceleration: np.ndarray, force: np.ndarray, expected: float, limits: tuple[float, float],
+                  unit: str, dense: bool = False) -> Finding:
+    """Whether forces are an inertia times accelerations. dense: forces that are not proportional to them are wrong; otherwise the
+    balances say whether they are."""
+    fine = np.isfinite(acceleration) & np.isfinite(force)
+    a, f = acceleration[fine], force[fine]
+    # Rows in which the acceleration jumps would decide alone: sums of absolute values count each as it is large.
+    loud = np.abs(a) > 0.01*np.max(np.abs(a), initial=0.0)
+    if loud.sum() < LEAST_ROWS:
+        return Finding(what, UNKNOWN, hint="no rows with an acceleration")
+    slope = float(np.median(f[loud]/a[loud]))
+    left = float(np.median(np.abs(f[loud] - slope*a[loud]))/np.median(np.abs(f[loud])))
+    if not left <= LINEAR or slope <= 0:
+        return Finding(what, FAILED if dense else UNKNOWN, left, LINEAR,
+                       hint="forces and accelerations of a row are not proportional")
+    return judged(what, abs(slope/expected - 1), *limits, hint=f"expected {expected:g} {unit}, found {slope:.4g} {unit}")
 
 
 @cache
