@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from evaluation import absolute
 from ldbench import Case, ContactTable
-from measure import Section, measure, ratio
+from measure import Section, absolute, measure, ratio
 from programs import resources
 from running import CASES, LDBENCH, REPO
 

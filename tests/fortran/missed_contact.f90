@@ -2,7 +2,7 @@
 !>
 !> usage: missed_contact case.nml
 !> Prints for each of the three tables the largest error on the tread and on the flange, of max(|F|, 5 kN), and the number
-!> of points in service at which the contact would pull.
+!> of points in service at which the contact would pull, and the status of the pose at rest.
 program missed_contact
   use table_error, only: measure
   use case, only: case_type
@@ -11,10 +11,12 @@ program missed_contact
   use run_tables, only: table_request
   use shared, only: read_prepared
   use run_setup, only: setup_type
+  use wheelset, only: contact_state, contacts
   implicit none
   save
   type(case_type) :: c
   type(setup_type), target :: setup
+  type(contact_state) :: state
   integer :: k, z
   logical :: stopped
 
@@ -28,7 +30,8 @@ program missed_contact
         call bound_heights(table%zones(z))
       end do
       call measure(table_request(c, setup%side(1)), table, stopped)
-      print '(2es12.4, i8)', table%accuracy%largest(:2), table%accuracy%pulling
+      call contacts(setup%wheelset, setup%equilibrium, state)
+      print '(2es12.4, i8, i2)', table%accuracy%largest(:2), table%accuracy%pulling, state%status
     end do
   end associate
 end program missed_contact

@@ -4,6 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ldbench import Case
+from ldbench._core import _flat
+from ldbench.table import rigid_geometry
 from probes import (
     MIRROR,
     ROLLING_RADIUS,
@@ -23,7 +26,7 @@ from probes import (
     turned,
     write_case,
 )
-from running import PAIRS, Run, columns, run_case
+from running import PAIRS, REPO, Run, columns, run_case
 
 CLEARANCE = {"aw": 10.18e-3, "sw": 16.94e-3}     # published [m]
 
@@ -52,17 +55,18 @@ def rest(case: Path) -> States:
     return contact_states(case, np.array([[0, height, 0]]))
 
 
-S1002 = {"profiles": {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz"},
-         "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
-
-
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
-def test_zones_tile_the_wheel(shapes: str, tmp_path: Path):
+def test_zones_tile_the_wheel(shapes: str):
     """Between 2 and 6 zones from the rim face to behind the flange's tip, each longer than 1 mm, the flange's last."""
-    case = write_case(tmp_path, "aw", **S1002) if shapes == "s1002" else write_case(tmp_path, shapes)
-    (stations, n, *found), = probe("zone_cuts", case)
-    first, last, length, flange = np.reshape(found, (6, 4))[:int(n)].T
-    assert last[0] == stations and (first[:-1] == last[1:]).all() and (length > 1).all()
+    file = REPO/"profiles"
+    case = Case.exercise(2, shapes) if shapes in PAIRS else Case.exercise(2).replace(
+        wheel_profile=str(file/"s1002.yz"), rail_profile=str(file/"60e1.yz"), gauge=1.435, back_to_back=1.36)
+    (_, n), zones = _flat.rigid_numbers(rigid_geometry(case), 1)
+    first, last, flange, _ = zones[:, :int(n)]
+    wheel = np.loadtxt(case.find(case.wheel_profile), comments=("#", "!"))
+    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(wheel, axis=0).T))])       # [mm]
+    assert 1e3*last[0] == pytest.approx(wheel[-1, 0], abs=1e-6) and (first[:-1] == last[1:]).all()
+    assert (np.interp(1e3*last, wheel[:, 0], along) - np.interp(1e3*first, wheel[:, 0], along) > 1).all()
     assert 2 <= n <= 6 and not flange[0] and flange[-1] and (np.diff(flange) >= 0).all()
 
 
@@ -129,16 +133,17 @@ def test_geometry_functions(pair: str, tmp_path: Path):
 
 
 def test_constant_curvature(pair: str, rest: States, strip_case: Path):
-    """Strips on a constant crown: direct evaluation and table return F = C_H delta^1.5, U = 2/5 F delta."""
+    """Strips on a constant crown: the table returns F = C_H delta^1.5, U = 2/5 F delta, and its force is that of direct
+    evaluation."""
     lowered = np.array([1e-5, 2e-5, 5e-5, 1e-4])     # patches of up to +-8 mm on crowns of +-16.5 mm and more
-    rows = probe("table_direct", strip_case, stdin=text(np.column_stack(
-        [0*lowered, rest.rigid_height - lowered, 0*lowered]))).reshape(-1, 2, 2, 4)[:, 0]
+    poses = np.column_stack([0*lowered, rest.rigid_height - lowered, 0*lowered])
+    state = contact_states(strip_case, poses)
     delta = lowered*np.cos(TAPER)
     force = tread_stiffness(pair)*delta**1.5
-    for way in rows[:, 0], rows[:, 1]:
-        assert np.hypot(way[:, 0], way[:, 1]) == pytest.approx(force, rel=3e-4)
-        assert np.arctan2(-way[:, 0], way[:, 1]) == pytest.approx(TAPER, abs=3e-5)
-        assert way[:, 3] == pytest.approx(0.4*force*delta, rel=3e-4)
+    assert state.force[:, 0] == pytest.approx(force, rel=3e-4)
+    assert np.arctan2(state.gradient[:, 0, 0], -state.gradient[:, 0, 1]) == pytest.approx(TAPER, abs=3e-5)
+    assert state.energy[:, 0] == pytest.approx(0.4*force*delta, rel=3e-4)
+    assert probe("stated_error", strip_case, stdin="4 0\n" + text(poses))[:, 3].max() < 3e-4
 
 
 @pytest.fixture(scope="module")
@@ -313,8 +318,8 @@ def test_table_against_direct(stage: str, model: str, pair: str, case: Path, str
     """At poses of the ten runs, 2500 with strips and 300 with half-spaces, and as many of overturning as of a run, a
     wheel's force is that of direct evaluation; and a table knows that a run can come there."""
     chosen = driven_poses(shipped, pair, 500 if model == "strip" else 60)[stage]
-    place, _, _, error = probe("stated_error", strip_case if model == "strip" else case, 0,
-                               stdin=f"{len(chosen)}\n" + text(chosen)).T
+    place, _, _, error = probe("stated_error", strip_case if model == "strip" else case,
+                               stdin=f"{len(chosen)} 0\n" + text(chosen)).T
     largest, rms = error.max(), np.sqrt(np.mean(error**2))
     print(f"{pair} {model} {stage}: largest {largest:.2e}, rms {rms:.2e}, {np.mean(place == 0):.2%} out of reach, worst "
           f"{chosen[error.argmax()]}")      # shown by pytest -rP

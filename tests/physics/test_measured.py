@@ -1,7 +1,5 @@
 """Measured and worn profiles: what the program makes of them."""
-import random
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +7,8 @@ import pytest
 
 import ldbench
 import shapes
-from fuzz import mutate
 from probes import table_file
-from running import FORTRAN_TESTS, HANG, REPO, Run, columns, header, run_case, short_case
+from running import REPO, Run, columns, header, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
@@ -135,47 +132,3 @@ def test_table_holds_where_faces_of_wheel_and_rail_are_straight(tmp_path):
     done = run_case(text, tmp_path)
     assert done.returncode == 0, done.stderr
     assert float(re.search(r"flange (\S+) ", done.stdout)[1]) < 1e-3
-
-
-def test_mutated_files(tmp_path):
-    """A run or one true line of error, for 160 files; `make fuzz` takes as many as wanted."""
-    chance = random.Random(7)
-    rail = tmp_path / "rail"
-    rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
-    base = {1: shapes.rows(shapes.shape("awprof", 1.0)), 2: shapes.rows(shapes.shape("arprof", 1.0))}
-    for kind, other in (1, rail), (2, tmp_path / "wheel"):
-        other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
-        # Bytes that are no letters of Latin-1 are told as they are, and a terminal shows none.
-        texts = [re.sub("[\x80-\xa0\xad]", "?", mutate(base[kind].encode(), chance).decode("latin-1")) for _ in range(80)]
-        paths = [tmp_path / f"{kind}_{i}" for i in range(len(texts))]
-        for path, text in zip(paths, texts, strict=True):
-            path.write_bytes(text.encode("latin-1"))
-        asked = "".join(f"{-kind if i % 40 == 0 else kind:2d} {path}\n" for i, path in enumerate(paths))
-        done = subprocess.run([FORTRAN_TESTS / "read_profiles", other], input=asked, capture_output=True, encoding="latin-1",
-                              timeout=HANG)
-        assert done.returncode == 0, done.stderr
-        answers = done.stdout.removesuffix("\n").split("\n")
-        assert len(answers) == len(texts)
-        assert 4 < sum(answer == "good" for answer in answers) < 72
-        for path, text, answer in zip(paths, texts, answers, strict=True):
-            check_answer(path, text, answer)
-
-
-def check_answer(path: Path, text: str, answer: str) -> None:
-    """What an error claims is so."""
-    if answer == "good" or re.fullmatch(r"\s*\S+E[-+]\d+", answer):
-        return
-    assert answer.isprintable() and len(answer) < 600, answer
-    assert str(path) in answer or answer.startswith("&track gauge"), answer
-    lines = text.split("\n")
-    if found := re.search(rf"{path}, line (\d+): ", answer):
-        assert int(found[1]) <= len(lines), answer
-        if quoted := re.search(r"found '([^'?]*)'; convert it: ", answer):
-            assert quoted[1].strip()[:40] in lines[int(found[1]) - 1].replace("\t", " "), answer
-    if found := re.search(r"over (\S+) to (\S+) mm, found a width of ([^;]+)", answer):
-        least, most, width = map(float, found.groups())
-        assert not least <= width <= most, answer
-    if found := re.search(r"at least 10 points, found (\d+)", answer):
-        assert int(found[1]) < 10, answer
-    if found := re.search(r"at most 120 degrees at a point, found (\d+)", answer):
-        assert int(found[1]) >= 120, answer

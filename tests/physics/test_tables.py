@@ -74,7 +74,7 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     accuracy = ContactTable(case).accuracy
     poses = drawn(pair, 16000)
     file = write_case(folder / f"{pair}_{model}", pair, Path(case.table_file), contact={"model": model})
-    place, tread, flange, error = probe("stated_error", file, 800, stdin=f"{len(poses)}\n" + text(poses)).T
+    place, tread, flange, error = probe("stated_error", file, stdin=f"{len(poses)} 800\n" + text(poses)).T
     there = place == 1
     assert there.sum() == 800
     figures = {}
@@ -95,7 +95,7 @@ def test_poses_of_other_gauges_are_covered(gauge: float, folder: Path):
     run = ldbench.run(case.replace(lateral_ramp=50e3))
     case.namelist().write(file, force=True)
     poses = run.data[["Y", "Z", "roll"]].to_numpy()[run.data["N_LF"] > 0][-2000:]
-    place, _, _, error = probe("stated_error", file, 0, stdin=f"{len(poses)}\n" + text(poses + [0, run.table.equilibrium, 0])).T
+    place, _, _, error = probe("stated_error", file, stdin=f"{len(poses)} 0\n" + text(poses + [0, run.table.equilibrium, 0])).T
     assert 0.2 < -poses[:, 2].min()*gauge < 0.6 and (place > 0).mean() > 0.99
     assert np.sqrt(np.mean(error[place == 2]**2)) < 2*run.table.accuracy["going over"].rms
 
@@ -141,12 +141,13 @@ def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path, cap
 
 def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
     """A table of strips whose flange is taken away has all of the flange's force as its error; a table whose contacts pull
-    counts them, and misses all of the tread's force."""
+    counts them, misses all of the tread's force, and is no table to run with."""
     file = tmp_path / "case.nml"
     file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
     whole, missing, pulling = probe("missed_contact", file)
     assert max(whole[:2]) < 0.5 and missing[0] == whole[0] and missing[1] == 1, (whole, missing)
     assert whole[2] == missing[2] == 0 and pulling[2] > 100 and pulling[0] == 1, pulling
+    assert (whole[3], pulling[3]) == (0, 4)
 
 
 WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.002 in service, reached (\S+)"

@@ -110,6 +110,9 @@ class Child:
         self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
         self.profiles = [form(points, kind).encode("latin-1") for form in shapes.FORMATS.values() for points, kind in (
             (shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"), (shapes.shape("arprof", 1.0), "rail"))]
+        self.plain = {kind: shapes.rows(shapes.shape(name, 1.0)).encode() for kind, name in (("wheel", "awprof"), ("rail", "arprof"))}
+        for kind, data in self.plain.items():
+            (folder/kind).write_bytes(data)
         time = np.linspace(0, 0.02, 30)
         values = np.column_stack([time, np.sin(time), 1e3*time**2, np.where(time > 0.01, np.nan, 1.0)])
         rows = [[f"{x:.6g}" for x in row] for row in values]
@@ -194,6 +197,15 @@ class Child:
         for stations in found.smooth, found.rough:
             assert all(np.isfinite(x).all() for x in (stations.s, stations.y, stations.z, stations.angle, stations.curvature))
 
+    def core_profile(self, rng: random.Random) -> None:
+        """As the core reads it, on its good rail or wheel."""
+        from ldbench.table import rigid_geometry
+
+        kind = rng.choice(list(self.plain))
+        files = {f"{one}_profile": str(self.folder/one) for one in self.plain}
+        files[f"{kind}_profile"] = str(self.mutant(mutate(self.plain[kind], rng)))
+        rigid_geometry(self.ldbench.Case.from_namelist("&case /").replace(table_file="", **files))
+
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))
         mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
@@ -257,8 +269,8 @@ class Child:
 
 
 KIND: dict[str, Callable[[Child, random.Random], None]] = {
-    "namelist": Child.namelist, "profile": Child.profile, "columns": Child.column_file, "ours": Child.our_file,
-    "map": Child.column_map, "table": Child.table_file}
+    "namelist": Child.namelist, "profile": Child.profile, "core profile": Child.core_profile,
+    "columns": Child.column_file, "ours": Child.our_file, "map": Child.column_map, "table": Child.table_file}
 KINDS = list(KIND)
 
 

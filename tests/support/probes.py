@@ -80,20 +80,6 @@ def contact_states(case: Path, poses: np.ndarray) -> States:
                   -table.forces_by_contact(*poses.T, outside="nan"), table.tangent(*poses.T, outside="nan"))
 
 
-@dataclass
-class Motion:
-    """A motion in steps of equal length."""
-    t: np.ndarray
-    q: np.ndarray            # (step, coordinate) y, z, roll
-    v: np.ndarray
-    energy: np.ndarray       # total, less the work done by the lateral force
-
-
-def trajectory(case: Path, steps: int, *options: str, every: int = 1) -> Motion:
-    rows = probe("trajectory", case, steps, every, *options)
-    return Motion(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7])
-
-
 def table_file(shipped: dict[str, Run], pair: str) -> Path:
     """The contact table that the shipped inputs of a pair have built."""
     return shipped[f"ex1_{pair}"].file.parent / f"{pair}_halfspace.table"
