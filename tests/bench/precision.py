@@ -39,22 +39,23 @@ TOLERANCES = tuple(10.0**-k for k in range(6, 14))
 CUT = {4: 4e-4, 6: 8e-4}
 ENERGIES = tuple(10.0**-k for k in range(2, 12))                # tolerances of cut steps [J]
 
-TEXT = """The exercises up to the end of their runs, by the core's integrator and by others on the same force. Error: of Y at a common
-end time, against the core's cut steps of 5 µs with 1e-11 J; the distance of DOP853 with 1e-13 from it is in the CSV file. Where
-contacts touch the law is not smooth, so a step may be right by chance: errors are the root mean square of three settings a few
-percent apart. Times at equal error are interpolated between settings, logarithmically, where the error falls below the target for
-good. The targets are 1e-7 m and 1e-9 m, for exercise 3 with simplified profiles, which is chaotic, a hundred times as much; where
-the references are further apart than a tenth of that, the next power of ten.
+TEXT = """The exercises up to the end of their runs, by the core's integrator and by others on the same force. Error: of Y at
+the common end, against the core's cut steps of 5 µs with 1e-11 J; the distance of DOP853 with 1e-13 from it is in the
+CSV file. Where contacts touch the law is not smooth, so a step may be right by chance: errors are the root mean
+square of three settings a few percent apart. Times at equal error are interpolated between settings, logarithmically,
+where the error falls below the target for good. The targets are 1e-7 m and 1e-9 m, for exercise 3 with simplified
+profiles, which is chaotic, a hundred times as much; where the references are further apart than a tenth of that, the
+next power of ten.
 
-Ours: explicit 2, explicit 4 (beta = 0), newmark 2 (beta = 1/4), energy 2 (discrete gradient). cut 4, cut 6: explicit, with steps that
-are cut where they change the energy by more than a tolerance; the step, 0.4 ms and 0.8 ms at 1e-6 J, goes with its fifth and seventh
-root. SUNDIALS, compiled and called from Fortran (tests/bench/peers.f90): CVODE's Adams methods with fixed-point iteration, ARKODE's
-explicit methods by their orders (5: Dormand and Prince, 6: Verner, 8: Fehlberg, whose error estimate is blind in free flight).
-DOP853, LSODA: SciPy's, compiled too, but no package lets a compiled program call them: they call the force through Python,
-which costs several times the force itself.
+Ours: explicit 2, explicit 4 (beta = 0), newmark 2 (beta = 1/4), energy 2 (discrete gradient). cut 4, cut 6: explicit, with
+steps that are cut where they change the energy by more than a tolerance; the step, 0.4 ms and 0.8 ms at 1e-6 J, goes with its
+fifth and seventh root. SUNDIALS, compiled and called from Fortran (tests/bench/peers.f90): CVODE's Adams methods with fixed-
+point iteration, ARKODE's explicit methods by their orders (5: Dormand and Prince, 6: Verner, 8: Fehlberg, whose error estimate
+is blind in free flight). DOP853, LSODA: SciPy's, compiled too, but no package lets a compiled program call them: they call the
+force through Python, which costs several times the force itself.
 
-Processor time: of SUNDIALS and SciPy that of the integration alone, with nothing but the state at the end; ours includes events,
-energies and 100 rows. Each is repeated until it took 50 ms. The usual form leaves out exercise 4."""
+Processor time: of SUNDIALS and SciPy that of the integration alone, with nothing but the state at the end; ours includes
+events, energies and 100 rows. Each is repeated until it took 50 ms. The usual form leaves out exercise 4."""
 NO_PEERS = "SUNDIALS with its Fortran modules is not here, so nothing compiled is compared with: ./bootstrap --sundials"
 
 
@@ -126,12 +127,12 @@ class Method:
 
 METHODS = (
     *(Method(name, "ldbench", STEPS, lambda p, dt, options=options: by_ours(p, dt, **options)) for name, options in (
-        ("energy 2", {"scheme": "energy", "order": 2, "beta": 0.25}), ("newmark 2", {"scheme": "newmark", "order": 2, "beta": 0.25}),
+        ("energy 2", {"scheme": "energy", "order": 2, "beta": 0.25}), ("newmark 2", {"order": 2, "beta": 0.25}),
         ("explicit 2", {"order": 2, "beta": 0.0}), ("explicit 4", {"order": 4, "beta": 0.0}))),
     *(Method(f"cut {order}", "ldbench", ENERGIES, lambda p, energy, order=order: by_ours(
         p, CUT[order]*(energy/1e-6)**(1/(order + 1)), energy, order=order, beta=0.0)) for order in CUT),
-    *(Method(name, "SUNDIALS", TOLERANCES, lambda p, tolerance, method=method: by_peer(p, tolerance, method)) for name, method in (
-        ("CVODE Adams", "adams"), *((f"ARKODE {order}", f"erk {order}") for order in (4, 5, 6, 8)))),
+    *(Method(name, "SUNDIALS", TOLERANCES, lambda p, tolerance, method=method: by_peer(p, tolerance, method))
+      for name, method in (("CVODE Adams", "adams"), *((f"ARKODE {order}", f"erk {order}") for order in (4, 5, 6, 8)))),
     *(Method(name, "SciPy", TOLERANCES, lambda p, tolerance, name=name: by_scipy(p, tolerance, name))
       for name in ("DOP853", "LSODA")))
 

@@ -8,6 +8,7 @@ import os
 import random
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from ldbench.__main__ import main
 from ldbench.plots.series import PAGES
 from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case, wait_for
 
-KILLS = 12
+KILLS = 8
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 SEED = 11
 
@@ -44,14 +45,20 @@ def limit(what: int, most: int) -> Callable[[], None]:
     return lambda: resource.setrlimit(what, (most, most))
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a case that writes a table, columns and geometry functions; and these."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder/"case.nml").write_text(short_case(
+        Path(), table=TINY | {"file": "pair.table"}, output={"file": "columns.txt", "geometry_file": "geometry.txt"}))
+    assert run(folder).returncode == 0
+    return folder
+
+
 @pytest.fixture
-def case(tmp_path: Path) -> Path:
-    """A folder with a case that writes a table, columns and geometry functions; and these, in `whole`."""
-    (tmp_path/"case.nml").write_text(short_case(
-        Path(), table=TINY | {"file": "pair.table"},
-        output={"file": "columns.txt", "geometry_file": "geometry.txt"}))
-    assert run(tmp_path).returncode == 0
-    return tmp_path
+def case(made: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return shutil.copytree(made, tmp_path, dirs_exist_ok=True)
 
 
 FILES = {"pair.table", "columns.txt", "geometry.txt"}
@@ -83,7 +90,7 @@ def test_out_of_memory_is_told(case):
     half-written."""
     whole = bytes_of(case)
     outcomes = set()
-    for megabytes in (15, 16, 17, 20, 30, 4000):
+    for megabytes in (15, 17, 20, 30, 4000):
         (case/"pair.table").unlink()
         done = run(case, preexec_fn=limit(resource.RLIMIT_AS, int(megabytes*1e6)))
         outcomes.add(done.returncode)
@@ -148,7 +155,7 @@ def test_a_file_that_cannot_be_written_to_its_end(case, without):
     """Where the process may write no longer files, as where the disk is full."""
     whole = bytes_of(case)
     size = len(whole[without])
-    for most in {0, size//2, size - 1}:
+    for most in {size//2, size - 1}:
         if without != "columns.txt":        # which is shorter
             (case/"pair.table").unlink(missing_ok=True)
         done = run(case, preexec_fn=limit(resource.RLIMIT_FSIZE, most))

@@ -45,7 +45,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, np.ndarray, 
     return run(tmp_path_factory.mktemp("clean"), **files(wheel=WHEEL, rail=RAIL))
 
 
-@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.01), (0.02, 0.03), (0.1, 0.03), (0.4, 0.01)])
+@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.03), (0.4, 0.01)])
 def test_noisy_points(spacing, noise, clean, tmp_path):
     """Dense points double back by their noise, sparse ones do not: with smoothing the run is that of the clean file."""
     wheel, rail = (shapes.noisy(shapes.shape(name, spacing), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
@@ -58,11 +58,10 @@ def test_noisy_points(spacing, noise, clean, tmp_path):
 
 @pytest.mark.parametrize("worn", shapes.WORN_WHEELS)
 def test_worn_wheel(worn, tmp_path):
-    """It runs, on a new and on a worn rail, and with faces and noise, in another format, as it does clean."""
+    """It runs on a worn rail, and with faces and noise, in another format, as it does clean."""
     wheel = shapes.WORN_WHEELS[worn](WHEEL)
-    for folder, rail in ("new", RAIL), ("side worn", shapes.side_worn(RAIL)):
-        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model="hertz")
-        assert 5 < clearance < 16
+    clearance, _, _ = run(tmp_path / "clean", **files(wheel=wheel, rail=shapes.side_worn(RAIL)), model="hertz")
+    assert 5 < clearance < 16
     measured, _, _ = run(tmp_path / "measured", shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel"),
                          shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), "hertz")
     # Worn shapes conform: where tread ends and flange begins is less certain.
@@ -76,13 +75,13 @@ def test_conforming_profiles(tmp_path):
 
 
 @pytest.mark.parametrize(("law", "pair"), [
-    ("halfspace", "aw"), ("halfspace", "sw"), ("strip", "S1002 on 60E1"), ("strip", "measured"), ("hertz", "sw"),
-    ("hertz", "measured")])
-def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], tmp_path: Path):
+    ("halfspace", "aw"), ("halfspace", "sw"), ("strip", "aw"), ("hertz", "S1002 on 60E1"), ("hertz", "measured")])
+def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], strip_tables: dict[str, Path], tmp_path: Path):
     """On 275 curves, to 1.1 times the clearance on either side and 10 mrad of roll, F_z of the left wheel never falls while the
     wheel sinks by 0.4 mm in steps of 10 um. The measured profiles have noise of 10 um."""
     case = ldbench.Case.exercise(2, "sw" if pair == "sw" else "aw").replace(
-        model=law, **{"table_file": table_file(shipped, pair)} if law == "halfspace" else {"table_file": "", "accuracy": 6e-3})
+        model=law, **{"table_file": ""} | ({"accuracy": 6e-3} if law == "hertz" else {"table_file": strip_tables[pair]}
+                                          if law == "strip" else {"table_file": table_file(shipped, pair)}))
     if pair == "S1002 on 60E1":
         case = case.replace(wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
                             back_to_back=1.36)

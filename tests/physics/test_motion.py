@@ -15,8 +15,8 @@ from probes import MASS, MIRROR, ROLLING_RADIUS, TAPER, Pendulum, probe, table_f
 from running import PAIRS, Run
 
 # A small, quickly built table for motions near the centre.
-NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "table_roll": 0.01, "depth": 1e-3, "n_lateral": 100, "n_roll": 9, "n_depth": 17,
-        "table_file": ""}
+NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "table_roll": 0.01, "depth": 1e-3, "n_lateral": 100, "n_roll": 9,
+        "n_depth": 17, "table_file": ""}
 SCHEMES = {"newmark": {"scheme": "newmark", "beta": 0.25}, "explicit": {"scheme": "newmark", "beta": 0.0},
            "energy": {"scheme": "energy", "beta": 0.25}}
 AT_REST = {"vY": 0.0, "roll_rate": 0.0}
@@ -46,8 +46,8 @@ def motion(table: ContactTable, dt: float, t_end: float, every: int = 1, **chang
 
 @pytest.mark.parametrize("model", ["hertz", "strip", "halfspace"])
 def test_impact(model: str):
-    """A wheelset without load, falling on both treads at v, penetrates until M (v^2/2 + g d) = 2/5 C d^2.5, and leaves as fast after
-    twice the integral of dx/sqrt(v^2 + 2 g x - 4/5 C/M x^2.5) up to d.
+    """A wheelset without load, falling on both treads at v, penetrates until M (v^2/2 + g d) = 2/5 C d^2.5, and leaves as fast
+    after twice the integral of dx/sqrt(v^2 + 2 g x - 4/5 C/M x^2.5) up to d.
 
     The simplified treads are cones on constant crowns: the two wheels act in parallel along the vertical,
     C = 2 C_H cos(gamma)^2.5.

@@ -110,7 +110,8 @@ class Child:
         self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
         self.profiles = [form(points, kind).encode("latin-1") for form in shapes.FORMATS.values() for points, kind in (
             (shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"), (shapes.shape("arprof", 1.0), "rail"))]
-        self.plain = {kind: shapes.rows(shapes.shape(name, 1.0)).encode() for kind, name in (("wheel", "awprof"), ("rail", "arprof"))}
+        self.plain = {kind: shapes.rows(shapes.shape(name, 1.0)).encode()
+                      for kind, name in (("wheel", "awprof"), ("rail", "arprof"))}
         for kind, data in self.plain.items():
             (folder/kind).write_bytes(data)
         time = np.linspace(0, 0.02, 30)

@@ -136,7 +136,7 @@ def force_from_energy(ratio: float, n: int) -> tuple[float, float]:
     return middle.force, (high.energy - low.energy)/(2*h*exact.delta)
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     ratios = RATIOS[::4] if short else RATIOS
     grids = (10, 20, 40) if short else (8, 12, 16, 24, 32, 48, 64)
     stated = 40
