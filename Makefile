@@ -276,9 +276,11 @@ report:
 	$(call built,$(EXE) $(WRAPPER))
 	$(PYTHON) -m ldbench report
 
+# The slow tests, which `make test` leaves out, are run at the end.
 validate:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(STUDY) tests/validation
+	LDBENCH_SLOW=1 $(PYTHON) -m pytest -q -m slow tests
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))

@@ -13,7 +13,7 @@ from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
 from ldbench.table import Accuracy
-from probes import TAPER, left_rail, left_wheel, probe, table_file, tangent_angles, text, turned, write_case
+from probes import TAPER, left_rail, left_wheel, probe, stated_error, table_file, tangent_angles, turned
 from running import HANG, LDBENCH, PAIRS, Run, columns, header, rows, run_case
 from shapes import arcs, shape
 
@@ -71,10 +71,9 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     """800 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
     within a factor of 2."""
     case = table_case(pair, model, shipped, strip_tables)
-    accuracy = ContactTable(case).accuracy
-    poses = drawn(pair, 16000)
-    file = write_case(folder / f"{pair}_{model}", pair, Path(case.table_file), contact={"model": model})
-    place, tread, flange, error = probe("stated_error", file, stdin=f"{len(poses)} 800\n" + text(poses)).T
+    table = ContactTable(case)
+    accuracy = table.accuracy
+    place, tread, flange, error = stated_error(table, drawn(pair, 16000), folder, 800)
     there = place == 1
     assert there.sum() == 800
     figures = {}
@@ -90,13 +89,11 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
 def test_poses_of_other_gauges_are_covered(gauge: float, folder: Path):
     """A wheelset of metre or broad gauge that goes over is, in its service and until it derails, where its table is made
     for, with the stated error."""
-    file = folder / f"gauge_{gauge}"
-    case = Case.exercise(5).replace(model="strip", table_file=f"{file}.table", accuracy=6e-3, gauge=gauge,
+    case = Case.exercise(5).replace(model="strip", table_file=folder / f"gauge_{gauge}.table", accuracy=6e-3, gauge=gauge,
                                     back_to_back=gauge - 0.083)
     run = ldbench.run(case.replace(lateral_ramp=50e3))
-    case.namelist().write(file, force=True)
     poses = run.data[["Y", "Z", "roll"]].to_numpy()[run.data["N_LF"] > 0][-2000:]
-    place, _, _, error = probe("stated_error", file, stdin=f"{len(poses)} 0\n" + text(poses + [0, run.table.equilibrium, 0])).T
+    place, _, _, error = stated_error(run.table, poses + [0, run.table.equilibrium, 0], folder)
     assert 0.2 < -poses[:, 2].min()*gauge < 0.6 and (place > 0).mean() > 0.99
     assert np.sqrt(np.mean(error[place == 2]**2)) < 2*run.table.accuracy["going over"].rms
 
@@ -207,14 +204,14 @@ def round_pair(folder: Path, radius: float) -> tuple[Path, Path]:
     return found
 
 
-def test_an_easy_pair_has_a_small_table(hertz_tables: dict[str, Path], tmp_path: Path):
+@pytest.mark.slow
+def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path: Path):
     """A cone on a round head needs about as many points as the actual pair, and no warning."""
     wheel, rail = round_pair(tmp_path, 0.3)
-    law = {"contact": {"model": "hertz"}}
-    done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail}, table=LARGEST, **law), tmp_path)
+    done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail}, table=LARGEST), tmp_path)
     assert done.returncode == 0 and "warning" not in done.stdout, done.stdout + done.stderr
     size = sum(np.prod(zone) for zone in points(done.stdout))
-    actual = run_case(short_case(tmp_path, table={"file": hertz_tables["aw"], **LARGEST}, **law), tmp_path)
+    actual = run_case(short_case(tmp_path, table={"file": strip_tables["aw"], **LARGEST}), tmp_path)
     assert "(found)" in actual.stdout and size < 1.1*sum(np.prod(zone) for zone in points(actual.stdout))
 
 
@@ -236,7 +233,8 @@ def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
 def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(tmp_path: Path):
     """Strips that differ by 1e-13, as another processor rounds them, have the same points, and ratios that differ by no more
     than the spline makes of 1e-13."""
-    case = write_case(tmp_path, "aw", tmp_path / "strips.table", contact={"model": "strip"}, table={"accuracy": 5e-3})
-    found = probe("table_faults", case, "shaken")
+    case = Case.exercise(2).replace(model="strip", table_file=tmp_path / "strips.table", accuracy=5e-3)
+    case.to_namelist(tmp_path / "case.nml")
+    found = probe("table_faults", tmp_path / "case.nml", "shaken")
     print(found)                                       # shown by pytest -rP
     assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found

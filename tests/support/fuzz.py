@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import os
 import random
-import select
 import struct
 import subprocess
 import sys
@@ -25,8 +24,8 @@ import numpy as np
 import shapes
 from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, short_case
 
-HANG = 600                  # without a sign of life [s]
 BATCH = 400                 # inputs of a child
+HANG = 1800                 # a child that takes so long hangs [s]
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 # The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
@@ -293,33 +292,26 @@ def watch(seeds: range) -> list[str]:
     """Failures of some inputs, done by children; the next child goes on after the input that one died of."""
     failures: list[str] = []
     while seeds:
-        child = subprocess.Popen([sys.executable, __file__, "--child", str(seeds.start), str(seeds.stop)],
-                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment(OMP_NUM_THREADS="1"))
-        last, ended, rest = seeds.start - 1, False, b""
-        while not ended:
-            if not select.select([child.stdout], [], [], HANG)[0]:
-                child.kill()
-                failures.append(f"{last} {KINDS[last % len(KINDS)]}: hangs")
-                break
-            data = os.read(child.stdout.fileno(), 65536)
-            if not data:
-                break
-            *lines, rest = (rest + data).split(b"\n")
-            for line in lines:
-                word, _, text = line.decode(errors="replace").partition(" ")
-                ended = ended or word == "end"
-                if word == "seed":
-                    last = int(text)
-                elif word == "failed":
-                    failures.append(f"{last} {KINDS[last % len(KINDS)]}: {text.partition(' ')[2]}")
-        said = child.communicate()[1].decode(errors="replace")
-        if ended:
-            return failures
-        if last < seeds.start:
-            raise RuntimeError(said)
-        failures.append(f"{last} {KINDS[last % len(KINDS)]}: died with {child.returncode}: {said[-300:]}")
-        seeds = range(last + 1, seeds.stop)
+        words = [sys.executable, __file__, "--child", str(seeds.start), str(seeds.stop)]
+        try:
+            done = subprocess.run(words, capture_output=True, timeout=HANG, env=environment(OMP_NUM_THREADS="1"))
+            said, end = done.stdout, f"died with {done.returncode}: {done.stderr.decode(errors='replace')[-300:]}"
+        except subprocess.TimeoutExpired as hang:
+            said, end = hang.stdout or b"", "hangs"
+        lines = [line.partition(" ") for line in said.decode(errors="replace").splitlines()]
+        failures += [failure(*text.split(" ", 1)) for word, _, text in lines if word == "failed"]
+        if lines and lines[-1][0] == "end":
+            break
+        begun = [int(text) for word, _, text in lines if word == "seed"]
+        if not begun:
+            raise RuntimeError(end)
+        failures.append(failure(begun[-1], end))
+        seeds = range(begun[-1] + 1, seeds.stop)
     return failures
+
+
+def failure(seed: str | int, text: str) -> str:
+    return f"{seed} {KINDS[int(seed) % len(KINDS)]}: {text}"
 
 
 def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] = lambda done, found: None) -> list[str]:

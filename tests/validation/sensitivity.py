@@ -146,7 +146,7 @@ LONG = {"t_LF": "first left flange contact", "t_RF": "first right flange contact
 
 @dataclass(frozen=True)
 class Answers:
-    """What a run answers; times in s, forces in N, nan for what did not happen."""
+    """What a run answers; times in s, forces in N, nan for what did not happen. F is the lateral force at derailment."""
 
     numbers: dict[str, float]
     ending: str             # 'returns' or 'derails'
@@ -167,9 +167,10 @@ def answers(case: Case, table: ContactTable) -> Answers:
         first.setdefault(event.kind, event.t)
     passages = [e.t for e in run.events if e.kind == "centre passage"]
     s = run.results
-    end = first.get("derailment") or passages[-1]
+    end = first.get("derailment") or (passages[-1] if passages else np.nan)
     return Answers({"t_LF": first.get("left flange contact", np.nan), "t_RF": first.get("right flange contact", np.nan),
-                    "t_end": end, **{name: s[f"peak_{name}"] or np.nan for name in FORCES}},
+                    "t_end": end, "F": case.lateral_ramp*first["derailment"] if case.lateral_ramp and s["derailed"] else np.nan,
+                    **{name: s[f"peak_{name}"] or np.nan for name in FORCES}},
                    "derails" if s["derailed"] else "returns",
                    s["drift"]/s["kinetic_energy"] if s["kinetic_energy"] else np.nan)
 
