@@ -73,7 +73,7 @@ PUBLIC = {"ldbench", *re.findall(r"`(ldbench\.[a-z_.]+)`", ON_TOP)}
 
 
 def test_a_round_uses_public_names_alone():
-    """Those that docs/python.md lists, and it lists no other."""
+    """A round imports what docs/python.md lists, and that page lists nothing else."""
     used = {pair for path in ROUND.rglob("*.py") for pair in imported(path) if pair[0].partition(".")[0] == "ldbench"}
     private = {(module, name) for module, name in used if f"{module}.{name}" not in PUBLIC and not (module in PUBLIC and (
         name in (*ldbench.__all__, "__version__") if module == "ldbench" else name and not name.startswith("_")))}

@@ -9,7 +9,7 @@ from sheets import Table
 
 SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
     "sensitivity", "unknown", "measured", "stiffness", "manchester"
-# Those that tests run, in a short form: fewer cases and poses.
+# Tests run these in a short form: fewer cases and poses.
 SHORT = "halfspace", "linear", "conicity", "quasistatic", "integration", "manchester"
 
 
