@@ -403,11 +403,11 @@ def test_motions_are_the_stored_ones(formulation: str, name: str, stored: pd.Dat
     done = run(rigid_reference.case_of(name, formulation))
     moved = rigid_reference.moves(stored, name, formulation, done.data)
     assert not moved, "\n".join(moved)
-    if name.startswith("ex5"):
+    if name.startswith("ex5") or formulation not in ("bilateral", "unilateral, e = 1"):
         return
     energy = done.results["kinetic_energy"]
     assert done.results["drift"] < (1e-11 if formulation == "bilateral" else 1e-10)*energy
-    if formulation == "unilateral, e = 1":
+    if formulation != "bilateral":
         assert done.results["n_impact"] >= 5 and abs(done.data.E_lost.iloc[-1]) < 1e-10*energy
 
 

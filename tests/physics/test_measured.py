@@ -80,11 +80,11 @@ def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], 
     """On 275 curves, to 1.1 times the clearance on either side and 10 mrad of roll, F_z of the left wheel never falls while the
     wheel sinks by 0.4 mm in steps of 10 um. The measured profiles have noise of 10 um."""
     case = ldbench.Case.exercise(2, "sw" if pair == "sw" else "aw").replace(
-        model=law, **{"table_file": ""} | ({"accuracy": 2e-2} if law == "hertz" else {"table_file": strip_tables[pair]}
+        model=law, **{"table_file": ""} | ({"accuracy": 6e-3} if law == "hertz" else {"table_file": strip_tables[pair]}
                                           if law == "strip" else {"table_file": table_file(shipped, pair)}))
     if pair == "S1002 on 60E1":
         case = case.replace(wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
-                            back_to_back=1.36)
+                            back_to_back=1.36, n_lateral=120, n_roll=17, n_depth=17)
     if pair == "measured":
         for name, points in ("wheel", WHEEL), ("rail", RAIL):
             (tmp_path/name).write_text(shapes.rows(shapes.noisy(points, 0.01, 4)))
