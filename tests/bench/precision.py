@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import ldbench
-from independent import SIZES, rates_of, start_of
+from independent import SIZES, start_of
 from ldbench import Case, ContactTable
+from ldbench._core import _flat
 from ldbench.plots.style import GREY, PAGE, ldbench_style
 from ldbench.runs import compute
 from measure import Measure, Section, absolute, measure, ratio
@@ -106,10 +107,16 @@ def by_peer(p: Problem, tolerance: float, method: str) -> Answer:
 
 
 def by_scipy(p: Problem, tolerance: float, method: str, max_step: float = np.inf) -> Answer:
-    inside = rates_of(p.case, p.table)
+    # The cheapest way from Python: the core's procedure on numbers, no arrays of several motions.
+    case, weight, handle = p.case, p.table.weight, p.table._handle
 
     def rates(t: float, x: np.ndarray) -> np.ndarray:
-        return np.nan_to_num(inside(t, x), nan=FAR_OFF)
+        force, status = _flat.forces(handle, 0, *x[:3])
+        if status[0]:
+            return np.full(6, FAR_OFF)
+        fy, fz, moment = force.ravel().tolist()
+        return np.array([*x[3:], (fy + case.lateral_force + case.lateral_ramp*t)/case.mass, (fz - weight)/case.mass,
+                         moment/case.roll_inertia])
 
     begin = time.process_time()
     found = solve_ivp(rates, (0, p.t_end), start_of(p.case, p.table), method, t_eval=[p.t_end], rtol=tolerance,
