@@ -147,9 +147,6 @@ TESTS  = $(patsubst tests/fortran/%.f90,$(BUILD)/tests/%,$(filter-out %/shared.f
 $(BUILD)/tests/%: tests/fortran/%.f90 $(SHARED) $(CORE)
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -o $@ $< $(SHARED) $(CORE) $(LIBS)
 
-# The benchmark of the force is linked as the executable is.
-$(BUILD)/tests/bench_force: CORE = $(OBJECTS)
-
 # SUNDIALS integrates with the same force if its Fortran modules, made by gfortran, are there (./bootstrap --sundials).
 SUNDIALS = /usr/include/sundials/fortran
 ifneq ($(and $(findstring gfortran,$(FC)),$(wildcard $(SUNDIALS)/fcvode_mod.mod)),)
@@ -157,8 +154,7 @@ ifneq ($(and $(findstring gfortran,$(FC)),$(wildcard $(SUNDIALS)/fcvode_mod.mod)
 endif
 $(BUILD)/tests/peers: tests/bench/peers.f90 $(SHARED) $(CORE)
 	$(FC) $(FFLAGS) $(WARN) -Wno-unused-dummy-argument -I $(BUILD) -I $(SUNDIALS) -J $(BUILD)/tests -o $@ $< $(SHARED) $(CORE) $(LIBS) \
-	  $(addprefix -lsundials_,farkode_mod fcvode_mod fnvecserial_mod fsunlinsoldense_mod fsunmatrixdense_mod \
-	  fsunnonlinsolfixedpoint_mod)
+	  $(addprefix -lsundials_,farkode_mod fcvode_mod fnvecserial_mod fsunnonlinsolfixedpoint_mod)
 
 $(SHARED): tests/fortran/shared.f90 $(OBJECTS) | $(BUILD)/tests
 	$(FC) $(FFLAGS) $(WARN) -I $(BUILD) -J $(BUILD)/tests -c -o $@ $<
@@ -191,10 +187,10 @@ build/wrapper/build.ninja: meson.build meson.options build/sources .venv/stamp
 # With SANITIZE=1 only the tests run that together reach all of the core.
 CHECKS = tests
 ifeq ($(SANITIZE),1)
-  CHECKS = tests/physics/test_measured.py::test_mutated_files \
+  CHECKS = tests/program/test_profiles.py \
            $(addprefix tests/program/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes) \
            $(addprefix tests/faults/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
-             closed_and_full_streams faults_that_no_input_brings_about)
+             closed_and_full_streams)
 endif
 # One test per core runs at a time. A test uses one thread unless it asks for more.
 test:
@@ -280,9 +276,11 @@ report:
 	$(call built,$(EXE) $(WRAPPER))
 	$(PYTHON) -m ldbench report
 
+# The slow tests, which `make test` leaves out, are run at the end.
 validate:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(STUDY) tests/validation
+	LDBENCH_SLOW=1 $(PYTHON) -m pytest -q -m slow tests
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))

@@ -31,14 +31,15 @@ the largest peak memory of one of them; an evaluation of all contact forces; the
 error, compiled, least and largest of the cases; a sweep by two processes, or threads, over one. A ratio above 1 is in favour of
 ldbench. Every figure is on the pages that follow, with what it was measured by. What was not measured this time is left out.""", [
         *found("cases", lambda m: m.case == "all cases"), *sorted(memory, key=lambda m: -m.median)[:1],
-        *found("evaluation", lambda m: (m.subject, m.quantity) == ("force alone", "time of an evaluation"))[-1:],
+        *found("evaluation", lambda m: (m.subject, m.quantity) == ("force", "time of an evaluation"))[-1:],
         *sorted(nearest, key=lambda m: m.median)[::max(len(nearest) - 1, 1)],
         *found("ensemble", lambda m: m.quantity.startswith("times faster"))[-1:]])
 
 
 def main() -> int:
     args = arguments("make bench", __doc__, SECTIONS, full="all cases, methods, models and members: 15 minutes instead of 6")
-    sections = run_sections(args.only, args.full, lambda section: (m.line() for m in section.measures if m.headline))
+    sections = run_sections(args.only, lambda module: module.section(args.full),
+                            lambda section: (m.line() for m in section.measures if m.headline))
     first = summary(sections)
     print(*(m.line() for m in first.measures), sep="\n")
     document, table = OUTPUTS/"ldbench_bench.pdf", OUTPUTS/"bench.csv"

@@ -3,10 +3,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from ldbench import Case
 from sheets import Table
 
 
@@ -67,3 +69,9 @@ class Section:
     def tables(self) -> list[Table]:
         return [Table("Median (quartiles)", ("case", "subject", "quantity", "value", "unit", "note"), [
             (m.case, m.subject, m.quantity, m.text(), m.unit, m.note) for m in self.measures])]
+
+
+def absolute(case: Case) -> Case:
+    """The case with paths that hold in any folder."""
+    return case.replace(**{name: str(Path(case.find(getattr(case, name))).resolve())
+                           for name in ("wheel_profile", "rail_profile", "table_file")})

@@ -1,9 +1,8 @@
-!> The motion of a case by our steps and by integrators of SUNDIALS, on one compiled force, timed alike.
+!> The motion of a case by integrators of SUNDIALS, on the compiled force.
 !>
 !> usage: peers input.nml
-!> Does the namelists &job of standard input one after the other (logicals as T or F), the answer to each a line: Y, Z,
-!> roll at the end (NaN if it was not reached), processor time of the integration alone [s], evaluations of the force,
-!> Jacobians.
+!> Does the namelists &job of standard input one after the other, the answer to each a line: Y at the end (NaN if it was not
+!> reached), processor time of the integration alone [s], evaluations of the force.
 !>
 !> The Fortran modules are those of SUNDIALS 6.4, which Debian 12 has; SPRKStep, its symplectic methods, came with 6.6.
 module by_sundials
@@ -13,12 +12,8 @@ module by_sundials
   use fcvode_mod
   use fnvector_serial_mod
   use fsundials_context_mod
-  use fsundials_linearsolver_mod
-  use fsundials_matrix_mod
   use fsundials_nonlinearsolver_mod
   use fsundials_nvector_mod
-  use fsunlinsol_dense_mod
-  use fsunmatrix_dense_mod
   use fsunnonlinsol_fixedpoint_mod
   use kinds, only: dp
   use zone_tables, only: inside
@@ -32,7 +27,7 @@ module by_sundials
   type :: problem_type
     type(setup_type), pointer :: setup => null()
     logical :: explicit = .false.      !! by ARKODE; else by CVODE
-    integer :: evaluations = 0, jacobians = 0
+    integer :: evaluations = 0
   end type problem_type
 
   !> An integrator that was started.
@@ -43,13 +38,11 @@ module by_sundials
     type(c_ptr) :: context = c_null_ptr, memory = c_null_ptr
     type(N_Vector), pointer :: state => null(), scales => null()
     type(SUNNonlinearSolver), pointer :: fixed_point => null()
-    type(SUNLinearSolver), pointer :: solver => null()
-    type(SUNMatrix), pointer :: matrix => null()
   end type peer_type
 
 contains
 
-  !> Start `method` at x: 'adams' (fixed-point iteration), 'adams newton', 'bdf' of CVODE, 'erk 4' to 'erk 8' of ARKODE.
+  !> Start `method` at x: 'adams' of CVODE with fixed-point iteration, or 'erk 4' to 'erk 8' of ARKODE.
   subroutine new_peer(problem, method, tolerance, x, t_end, peer)
     type(problem_type), intent(inout), target :: problem
     character(*), intent(in) :: method
@@ -94,25 +87,15 @@ contains
       status(7) = FERKStepSetStopTime(peer%memory, t_end)
       status(8) = FERKStepSetMaxErrTestFails(peer%memory, 50)      ! in flight a first trial may go far
     else
-      peer%memory = FCVodeCreate(merge(CV_BDF, CV_ADAMS, method == 'bdf'), peer%context)
+      peer%memory = FCVodeCreate(CV_ADAMS, peer%context)
       status(2) = FCVodeInit(peer%memory, c_funloc(rates), 0.0_dp, peer%state)
       status(3) = FCVodeSVtolerances(peer%memory, tolerance, peer%scales)
       status(4) = FCVodeSetErrFile(peer%memory, c_null_ptr)
       status(5) = FCVodeSetMaxNumSteps(peer%memory, many)
       status(6) = FCVodeSetUserData(peer%memory, c_loc(problem))
       status(7) = FCVodeSetStopTime(peer%memory, t_end)
-      select case (method)
-      case ('adams')
-        peer%fixed_point => FSUNNonlinSol_FixedPoint(peer%state, 0_c_int, peer%context)
-        status(8) = FCVodeSetNonlinearSolver(peer%memory, peer%fixed_point)
-      case ('adams newton', 'bdf')
-        peer%matrix => FSUNDenseMatrix(n, n, peer%context)
-        peer%solver => FSUNLinSol_Dense(peer%state, peer%matrix, peer%context)
-        status(8) = FCVodeSetLinearSolver(peer%memory, peer%solver, peer%matrix)
-        if (status(8) == 0) status(8) = FCVodeSetJacFn(peer%memory, c_funloc(jacobian))
-      case default
-        error stop 'expected adams, adams newton or bdf'
-      end select
+      peer%fixed_point => FSUNNonlinSol_FixedPoint(peer%state, 0_c_int, peer%context)
+      status(8) = FCVodeSetNonlinearSolver(peer%memory, peer%fixed_point)
     end if
     if (any(status /= 0)) error stop 'SUNDIALS: an integrator cannot be set up'
   end subroutine new_peer
@@ -143,8 +126,6 @@ contains
       call FCVodeFree(peer%memory)
     end if
     if (associated(peer%fixed_point)) status = FSUNNonlinSolFree(peer%fixed_point)
-    if (associated(peer%solver)) status = FSUNLinSolFree(peer%solver)
-    if (associated(peer%matrix)) call FSUNMatDestroy(peer%matrix)
     call FN_VDestroy(peer%state)
     call FN_VDestroy(peer%scales)
     status = FSUNContext_Free(peer%context)
@@ -185,35 +166,6 @@ contains
     if (.not. problem%explicit) status = 1
   end function rates
 
-  !> d(dx/dt)/dx, from the exact tangent.
-  integer(c_int) function jacobian(t, x, dx, matrix, user, work_1, work_2, work_3) result(status) bind(c)
-    real(c_double), value :: t
-    type(N_Vector) :: x, dx, work_1, work_2, work_3
-    type(SUNMatrix) :: matrix
-    type(c_ptr), value :: user
-    type(problem_type), pointer :: problem
-    type(contact_state) :: state
-    real(dp), pointer :: from(:), first(:), j(:, :)
-    integer :: i
-
-    call c_f_pointer(user, problem)
-    from => numbers(x)
-    first => FSUNDenseMatrix_Data(matrix)
-    call c_f_pointer(c_loc(first), j, [6, 6])
-    j = 0
-    associate (w => problem%setup%wheelset, h => state%hessian)
-      call contacts(w, pose(problem, from), state)
-      j(4:6, 1) = -h(1:3)/w%inertia()
-      j(4:6, 2) = -h([2, 4, 5])/w%inertia()
-      j(4:6, 3) = -h([3, 5, 6])/w%inertia()
-    end associate
-    do i = 1, 3
-      j(i, i + 3) = 1
-    end do
-    problem%jacobians = problem%jacobians + 1
-    status = merge(0, 1, state%status == inside)
-  end function jacobian
-
   pure function pose(problem, x) result(q)
     type(problem_type), intent(in) :: problem
     real(dp), intent(in) :: x(6)
@@ -229,126 +181,34 @@ program peers
   use by_sundials, only: evolve, free_peer, new_peer, peer_type, problem_type
   use case, only: case_type
   use kinds, only: dp
-  use motion_state, only: motion_type
-  use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_ok
-  use shared, only: read_prepared
   use run_setup, only: setup_type
+  use shared, only: read_prepared
   implicit none
   save
-  character(16) :: method              ! 'newmark', 'energy'; else of SUNDIALS
-  integer :: order                     ! ours
-  real(dp) :: beta                     ! ours
-  real(dp) :: dt                       ! ours, at most [s]
-  real(dp) :: energy_tolerance         ! ours, a step that changes the total energy by more is cut [J]
-  real(dp) :: tolerance                ! theirs
+  character(16) :: method
+  real(dp) :: tolerance
   real(dp) :: t_end                    ! [s]
-  real(dp) :: seconds                  ! it is repeated until it took so long
-  namelist /job/ method, order, beta, dt, energy_tolerance, tolerance, t_end, seconds
+  namelist /job/ method, tolerance, t_end
   type(case_type) :: c
   type(setup_type), target :: setup
   type(problem_type) :: problem
-  type(scheme_type) :: scheme
-  type(motion_type) :: motion          ! where our steps are
-  logical :: ok                        ! so far
-  real(dp) :: last(3), spent, once
-  integer :: repeats, stat
+  type(peer_type) :: peer
+  real(dp) :: from, to
+  integer :: stat
+  logical :: ok
 
   call read_prepared(c, setup)
   do
-    method = c%scheme(:16)
-    order = c%order
-    beta = c%beta
-    dt = c%dt
-    energy_tolerance = c%energy_tolerance
-    tolerance = 1e-8_dp
-    t_end = c%t_end
-    seconds = 0
     read (*, nml=job, iostat=stat)
     if (stat == iostat_end) exit
     if (stat /= 0) error stop 'expected a namelist &job'
-    spent = 0
-    repeats = 0
-    do
-      problem = problem_type(setup)
-      if (method == 'newmark' .or. method == 'energy') then
-        call step_ours(once)
-      else
-        call solve(once)
-      end if
-      spent = spent + once
-      repeats = repeats + 1
-      if (spent >= seconds .or. repeats == 1000) exit
-    end do
-    write (*, '(4es24.16, 2(1x, i0))') last, spent/repeats, problem%evaluations, problem%jacobians
-    flush (6)
-  end do
-
-contains
-
-  subroutine solve(once)
-    real(dp), intent(out) :: once
-    type(peer_type) :: peer
-    real(dp) :: from, to
-
+    problem = problem_type(setup)
     call new_peer(problem, trim(method), tolerance, [c%y, c%z, c%roll, c%vy, c%vz, c%roll_rate], t_end, peer)
     call cpu_time(from)
     call evolve(peer, t_end, ok)
     call cpu_time(to)
-    once = to - from
-    last = merge(peer%x(:3), ieee_value(1.0_dp, ieee_quiet_nan), ok)
+    write (*, '(2es24.16, 1x, i0)') merge(peer%x(1), ieee_value(1.0_dp, ieee_quiet_nan), ok), to - from, problem%evaluations
+    flush (6)
     call free_peer(peer)
-  end subroutine solve
-
-  !> By our steps alone, cut as `simulate` cuts them, without events, peaks and energies.
-  subroutine step_ours(once)
-    real(dp), intent(out) :: once
-    real(dp) :: from, to
-    integer :: k, steps, status
-
-    scheme = scheme_type(method, order, beta, c%gamma, c%tolerance, c%max_iterations)
-    steps = ceiling(t_end/dt*(1 - 1e-9_dp))
-    motion = motion_type()
-    motion%q = setup%equilibrium + [c%y, c%z, c%roll]
-    motion%v = [c%vy, c%vz, c%roll_rate]
-    call cpu_time(from)
-    call evaluate_contacts(setup%wheelset, motion, status)
-    ok = status == step_ok
-    do k = 1, steps
-      if (ok) call step(t_end/steps, 0)
-    end do
-    call cpu_time(to)
-    once = to - from
-    last = merge(motion%q - setup%equilibrium, ieee_value(1.0_dp, ieee_quiet_nan), ok)
-  end subroutine step_ours
-
-  recursive subroutine step(dt, halvings)
-    real(dp), intent(in) :: dt
-    integer, intent(in) :: halvings
-    type(motion_type) :: new
-    real(dp) :: change, allowed
-    integer :: evaluations, more, status, i
-
-    call advance(setup%wheelset, scheme, motion, dt, new, evaluations, status)
-    problem%evaluations = problem%evaluations + evaluations
-    more = 0
-    if (status /= step_ok) then
-      more = 1
-    else if (energy_tolerance > 0) then
-      change = abs(energy_change(setup%wheelset, motion, new))
-      if (change > energy_tolerance) then
-        allowed = max(energy_tolerance, energy_rounding(setup%wheelset, motion), energy_rounding(setup%wheelset, new))
-        if (change > allowed) more = max(1, (exponent(change/allowed) + order)/(order + 1))
-      end if
-    end if
-    if (status == step_ok) more = min(more, c%max_halvings - halvings)
-    if (more > 0) then
-      ok = halvings < c%max_halvings
-      do i = 1, 2**more
-        if (ok) call step(dt/2**more, halvings + more)
-      end do
-      return
-    end if
-    motion = new
-  end subroutine step
-
+  end do
 end program peers

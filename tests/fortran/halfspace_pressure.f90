@@ -1,9 +1,8 @@
 !> The half-space solver on its own.
 !>
-!> usage: halfspace_pressure < problems
-!> Reads problems from standard input: a line `nx ns dx ds e_star`, then the undeformed
-!> interpenetration [m] of the nx x ns elements, x fastest.  Writes a line `ok iterations`
-!> and the pressures [Pa], in the same order, for each.
+!> usage: halfspace_pressure < problem
+!> Reads a line `nx ns dx ds e_star`, then the undeformed interpenetration [m] of the nx x ns elements, x fastest. Writes 1 if the
+!> solution reached its tolerance, else 0, and the pressures [Pa] in the same order.
 program halfspace_pressure
   use halfspace, only: mesh_type, set_influence, solve_loads
   use kinds, only: dp
@@ -11,20 +10,16 @@ program halfspace_pressure
   save
   real(dp), allocatable :: depth(:), f(:), r(:), influence(:, :), flat(:, :)
   real(dp) :: dx, ds, e_star
-  integer :: nx, ns, stat, iterations
+  integer :: nx, ns, iterations
   logical :: ok
 
-  do
-    read (*, *, iostat=stat) nx, ns, dx, ds, e_star
-    if (stat /= 0) exit
-    allocate (depth(nx*ns), f(nx*ns), r(nx*ns), influence(nx*ns, nx*ns), flat(ns, 1))
-    read (*, *) depth
-    flat = 0
-    call set_influence(nx, ns, [mesh_type(dx, ds)], flat, e_star, influence)
-    f = 0
-    call solve_loads(influence, depth, 1e-9_dp, f, r, ok, iterations)
-    write (*, '(i0,1x,i0)') merge(1, 0, ok), iterations
-    write (*, '(es24.16)') f/(dx*ds)
-    deallocate (depth, f, r, influence, flat)
-  end do
+  read (*, *) nx, ns, dx, ds, e_star
+  allocate (depth(nx*ns), f(nx*ns), r(nx*ns), influence(nx*ns, nx*ns), flat(ns, 1))
+  read (*, *) depth
+  flat = 0
+  f = 0
+  call set_influence(nx, ns, [mesh_type(dx, ds)], flat, e_star, influence)
+  call solve_loads(influence, depth, 1e-9_dp, f, r, ok, iterations)
+  write (*, '(i0)') merge(1, 0, ok)
+  write (*, '(es24.16)') f/(dx*ds)
 end program halfspace_pressure

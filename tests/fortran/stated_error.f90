@@ -1,7 +1,7 @@
 !> Error of the left wheel's contact table at given poses.
 !>
-!> usage: table_error input.nml most < poses
-!> Reads the number of poses and lines `y z roll` (axle centre above top of rail) from standard input; writes for
+!> usage: stated_error input.nml < poses
+!> Reads how many poses there are, `most`, and lines `y z roll` (axle centre above top of rail) from standard input; writes for
 !> each: 1 where a run in service can come to it, 2 going over a rail, 0 elsewhere or off the table; whether the
 !> tread and the flange touch (1 or 0); the error of the table's force on the wheel against direct evaluation by
 !> the case's law, of max(|F|, 5 kN).  Only the first `most` poses in service are evaluated, the others have the place -1; with 0
@@ -16,7 +16,7 @@ program stated_error
   use zone_tables, only: zone_penetration, inside, roll_type
   use run_tables, only: table_request
   use service_poses, only: find_allowance, request_type
-  use shared, only: integer_argument, read_prepared
+  use shared, only: read_prepared
   use run_setup, only: setup_type
   implicit none
   save
@@ -31,8 +31,7 @@ program stated_error
   integer :: i, n, most, in_service
 
   call read_prepared(c, setup)
-  most = integer_argument(2)
-  read (*, *) n
+  read (*, *) n, most
   allocate (poses(3, n))
   read (*, *) poses
   allocate (error(n), source=0.0_dp)

@@ -4,6 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ldbench import Case, ContactTable
+from ldbench._core import flat
+from ldbench.table import rigid_geometry
 from probes import (
     MIRROR,
     ROLLING_RADIUS,
@@ -11,19 +14,18 @@ from probes import (
     WEIGHT,
     Pendulum,
     States,
-    contact_states,
     gaps,
     left_rail,
     left_wheel,
     poses,
     probe,
+    stated_error,
     table_file,
     tangent_angles,
     text,
     turned,
-    write_case,
 )
-from running import PAIRS, Run, columns, run_case
+from running import PAIRS, REPO, Run
 
 CLEARANCE = {"aw": 10.18e-3, "sw": 16.94e-3}     # published [m]
 
@@ -34,35 +36,35 @@ def pair(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def case(pair: str, shipped: dict[str, Run], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A namelist with the pair's profiles and the table of the shipped inputs."""
-    return write_case(tmp_path_factory.mktemp("contact"), pair, table_file(shipped, pair))
+def table(pair: str, shipped: dict[str, Run]) -> ContactTable:
+    """The table of the shipped inputs."""
+    return ContactTable(Case.exercise(2, pair).replace(table_file=table_file(shipped, pair)))
 
 
 @pytest.fixture(scope="module")
-def strip_case(pair: str, strip_tables: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A case with the strips' contact law."""
-    return write_case(tmp_path_factory.mktemp("strips"), pair, strip_tables[pair], contact={"model": "strip"})
+def strips(pair: str, strip_tables: dict[str, Path]) -> ContactTable:
+    """A table with the strips' contact law."""
+    return ContactTable(Case.exercise(2, pair).replace(model="strip", table_file=strip_tables[pair]))
 
 
 @pytest.fixture(scope="module")
-def rest(case: Path) -> States:
+def rest(table: ContactTable) -> States:
     """The state at rest."""
-    height = contact_states(case, np.array([[0, 1.0, 0]])).equilibrium
-    return contact_states(case, np.array([[0, height, 0]]))
-
-
-S1002 = {"profiles": {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz"},
-         "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
+    return States(table, np.array([[0, table.equilibrium, 0]]))
 
 
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
-def test_zones_tile_the_wheel(shapes: str, tmp_path: Path):
+def test_zones_tile_the_wheel(shapes: str):
     """Between 2 and 6 zones from the rim face to behind the flange's tip, each longer than 1 mm, the flange's last."""
-    case = write_case(tmp_path, "aw", **S1002) if shapes == "s1002" else write_case(tmp_path, shapes)
-    (stations, n, *found), = probe("zone_cuts", case)
-    first, last, length, flange = np.reshape(found, (6, 4))[:int(n)].T
-    assert last[0] == stations and (first[:-1] == last[1:]).all() and (length > 1).all()
+    file = REPO/"profiles"
+    case = Case.exercise(2, shapes) if shapes in PAIRS else Case.exercise(2).replace(
+        wheel_profile=str(file/"s1002.yz"), rail_profile=str(file/"60e1.yz"), gauge=1.435, back_to_back=1.36)
+    (_, n), zones = flat.rigid_numbers(rigid_geometry(case), 1)
+    first, last, flange, _ = zones[:, :int(n)]
+    wheel = np.loadtxt(case.find(case.wheel_profile), comments=("#", "!"))
+    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(wheel, axis=0).T))])       # [mm]
+    assert 1e3*last[0] == pytest.approx(wheel[-1, 0], abs=1e-6) and (first[:-1] == last[1:]).all()
+    assert (np.interp(1e3*last, wheel[:, 0], along) - np.interp(1e3*first, wheel[:, 0], along) > 1).all()
     assert 2 <= n <= 6 and not flange[0] and flange[-1] and (np.diff(flange) >= 0).all()
 
 
@@ -79,16 +81,16 @@ def test_static_equilibrium(rest: States):
     assert -rest.total[0] == pytest.approx([0, WEIGHT, 0], abs=1e-9*WEIGHT)
 
 
-def test_approach(pair: str, rest: States):
+def test_approach(pair: str, table: ContactTable):
     """The axle rests lower than the rigid one by Hertz's approach of a cone on the crown."""
     # The files' six decimals leave the crown's curvature uncertain by 3e-4.
     approach = (90e3/np.cos(TAPER)/tread_stiffness(pair))**(2/3)/np.cos(TAPER)
-    assert rest.rigid_height - rest.equilibrium == pytest.approx(approach, rel=2e-4)
+    assert table.rigid_height - table.equilibrium == pytest.approx(approach, rel=2e-4)
 
 
-def test_clearance(pair: str, rest: States):
+def test_clearance(pair: str, table: ContactTable):
     """Rigid-axle clearance 10.18 and 16.94 mm to 1 um; there the profiles' points touch at tread and flange."""
-    assert rest.clearance == pytest.approx(CLEARANCE[pair], abs=1e-6)
+    assert table.clearance == pytest.approx(CLEARANCE[pair], abs=1e-6)
     (y, z, roll), = Pendulum.of(pair).poses(np.array([CLEARANCE[pair]]))
     wheel = left_wheel(pair)
     gap = gaps(turned(wheel, roll) + [y, z], left_rail(pair))
@@ -98,18 +100,12 @@ def test_clearance(pair: str, rest: States):
     assert gap[~flange].min() == pytest.approx(0, abs=1e-7)
 
 
-def test_geometry_functions(pair: str, tmp_path: Path):
+def test_geometry_functions(pair: str):
     """Roll and height of the rigid wheelset are those of the exact pendulum, cone on round heads."""
-    geometry = tmp_path / "geometry.txt"
-    table = {"n_lateral": 20, "n_roll": 5, "n_depth": 5, "lateral": 0.02, "roll": 0.02}
-    case = write_case(tmp_path, pair, table=table, contact={"model": "hertz"}, integrator={"t_end": 1e-4},
-                      output={"file": tmp_path / "out.txt", "geometry_file": geometry})
-    done = run_case(case.read_text(), tmp_path)
-    assert done.returncode == 0, done.stderr
-    g = columns(geometry)
+    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_file="")).geometry()
     rail = Pendulum.of(pair)
     on_tread = np.abs(g["Y"]) < 0.95*CLEARANCE[pair]
-    g = {name: column[on_tread] for name, column in g.items()}
+    g = {name: column.to_numpy()[on_tread] for name, column in g.items()}
     exact = rail.poses(g["Y"])
     # Points of six decimals, rounded by up to 0.5 nm; a wheel's lever is 0.75 m.
     assert g["roll"] == pytest.approx(exact[:, 2], abs=2e-9)
@@ -128,21 +124,22 @@ def test_geometry_functions(pair: str, tmp_path: Path):
         assert 2*g["Z"][near]/g["Y"][near]**2 == pytest.approx(0.068153, rel=2e-3)
 
 
-def test_constant_curvature(pair: str, rest: States, strip_case: Path):
-    """Strips on a constant crown: direct evaluation and table return F = C_H delta^1.5, U = 2/5 F delta."""
+def test_constant_curvature(pair: str, strips: ContactTable, tmp_path: Path):
+    """Strips on a constant crown: the table returns F = C_H delta^1.5, U = 2/5 F delta, and its force is that of direct
+    evaluation."""
     lowered = np.array([1e-5, 2e-5, 5e-5, 1e-4])     # patches of up to +-8 mm on crowns of +-16.5 mm and more
-    rows = probe("table_direct", strip_case, stdin=text(np.column_stack(
-        [0*lowered, rest.rigid_height - lowered, 0*lowered]))).reshape(-1, 2, 2, 4)[:, 0]
+    poses = np.column_stack([0*lowered, strips.rigid_height - lowered, 0*lowered])
+    state = States(strips, poses)
     delta = lowered*np.cos(TAPER)
     force = tread_stiffness(pair)*delta**1.5
-    for way in rows[:, 0], rows[:, 1]:
-        assert np.hypot(way[:, 0], way[:, 1]) == pytest.approx(force, rel=3e-4)
-        assert np.arctan2(-way[:, 0], way[:, 1]) == pytest.approx(TAPER, abs=3e-5)
-        assert way[:, 3] == pytest.approx(0.4*force*delta, rel=3e-4)
+    assert state.force[:, 0] == pytest.approx(force, rel=3e-4)
+    assert np.arctan2(state.gradient[:, 0, 0], -state.gradient[:, 0, 1]) == pytest.approx(TAPER, abs=3e-5)
+    assert state.energy[:, 0] == pytest.approx(0.4*force*delta, rel=3e-4)
+    assert stated_error(strips, poses, tmp_path)[3].max() < 3e-4
 
 
 @pytest.fixture(scope="module")
-def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
+def random_poses(pair: str, table: ContactTable, shipped: dict[str, Run]) -> np.ndarray:
     """Poses over the whole table, 10 um to 1 mm below where a wheel first touches, and flange contacts."""
     rng = np.random.default_rng(4)
     n = 120
@@ -154,7 +151,7 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
     for _ in range(4):
         width /= 64
         z = low + width*np.arange(1, 64)[:, None]
-        state = contact_states(case, np.column_stack([np.tile(y, 63), z.ravel(), np.tile(roll, 63)]))
+        state = States(table, np.column_stack([np.tile(y, 63), z.ravel(), np.tile(roll, 63)]))
         touching = (np.isnan(state.energy) | (state.energy > 0)).any(axis=1).reshape(63, n)
         low = low + width*np.argmin(np.vstack([touching, np.zeros(n, bool)]), axis=0)
     high = low + width
@@ -166,16 +163,16 @@ def random_poses(pair: str, case: Path, shipped: dict[str, Run]) -> np.ndarray:
         near = rng.choice(poses(run)[rows], 60) + rng.normal(0, [5e-5, 3e-5, 3e-5], (60, 3))
         found += [near[:30], near[30:]*MIRROR]
     found = np.concatenate(found)
-    state = contact_states(case, found)
+    state = States(table, found)
     return found[np.isfinite(state.energy).all(axis=1) & (state.energy > 0).any(axis=1)]
 
 
 H = 1e-7      # step of finite differences [m, rad]
 
 
-def shifted(case: Path, poses: np.ndarray, i: int, h: float = H) -> list[States]:
+def shifted(table: ContactTable, poses: np.ndarray, i: int, h: float = H) -> list[States]:
     """States at -2h, -3h/2, ..., 2h along coordinate i."""
-    return [contact_states(case, poses + k*h/2*np.eye(3)[i]) for k in range(-4, 5)]
+    return [States(table, poses + k*h/2*np.eye(3)[i]) for k in range(-4, 5)]
 
 
 def slope(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, h: float = H) -> np.ndarray:
@@ -204,17 +201,17 @@ def by_wheel(of_contacts: np.ndarray) -> np.ndarray:
     return of_contacts[:, ::2] + of_contacts[:, 1::2]
 
 
-def test_forces_are_the_gradient(case: Path, random_poses: np.ndarray):
+def test_forces_are_the_gradient(table: ContactTable, random_poses: np.ndarray):
     """Force and moment of every wheel are minus the gradient of its energy, at random poses."""
-    state = contact_states(case, random_poses)
+    state = States(table, random_poses)
     on_flange = (state.force[:, [1, 3]] > 0).any(axis=1)
     assert ((state.force > 0).sum(axis=0) > 30).all()        # all four contacts are there,
     assert (np.abs(random_poses[:, 2]) > 0.1).sum() > 20     # large roll,
-    assert (random_poses[on_flange, 1] > state.rigid_height + 20e-3).sum() > 20     # flanges on top of the rail
+    assert (random_poses[on_flange, 1] > table.rigid_height + 20e-3).sum() > 20     # flanges on top of the rail
     gradient = by_wheel(state.gradient)
     size = np.maximum(np.abs(gradient).max(axis=2), 1e3)
     for i in range(3):
-        around = shifted(case, random_poses, i)
+        around = shifted(table, random_poses, i)
         error = misses([s.energy for s in around], gradient[:, :, i])/size
         clear = resolved(around)
         clear = clear[:, ::2] & clear[:, 1::2]
@@ -223,14 +220,14 @@ def test_forces_are_the_gradient(case: Path, random_poses: np.ndarray):
         assert np.median(error[clear & (state.energy > 0)]) < 1e-9
 
 
-def test_hessian_is_the_derivative(case: Path, random_poses: np.ndarray):
+def test_hessian_is_the_derivative(table: ContactTable, random_poses: np.ndarray):
     """The tangent stiffness is the derivative of the gradient, at random poses."""
-    state = contact_states(case, random_poses)
+    state = States(table, random_poses)
     size = np.abs(state.hessian).max(axis=(1, 2))
     for i in range(3):
-        around = shifted(case, random_poses, i)
+        around = shifted(table, random_poses, i)
         # Knots of two contacts' tables may lie on both sides; nearer to the pose there is one at most.
-        near = shifted(case, random_poses, i, H/3)
+        near = shifted(table, random_poses, i, H/3)
         error = np.minimum(misses([s.total for s in around], state.hessian[:, :, i]),
                            misses([s.total for s in near], state.hessian[:, :, i], H/3)).max(axis=1)/size
         clear = resolved(around).all(axis=1)
@@ -239,10 +236,10 @@ def test_hessian_is_the_derivative(case: Path, random_poses: np.ndarray):
         assert np.median(error[clear]) < 1e-9
 
 
-def test_potential_is_c2(pair: str, case: Path, rest: States):
+def test_potential_is_c2(pair: str, table: ContactTable):
     """Across the knots of the table the Hessian is continuous: its changes shrink with the step."""
     head = Pendulum.of(pair).centre
-    start = np.array([0, rest.rigid_height]) - head
+    start = np.array([0, table.rigid_height]) - head
 
     def largest_change(n: int) -> np.ndarray:
         # The left wheel slides along its tread, turns about the rail head and bobs; the right one is up.
@@ -251,7 +248,7 @@ def test_potential_is_c2(pair: str, case: Path, rest: States):
         slide, depth = -10e-3*share, 1e-4*(1 + 0.5*np.sin(3*share))
         centre = start + np.outer(slide, [np.cos(TAPER), np.sin(TAPER)]) \
             + np.outer(depth, [np.sin(TAPER), -np.cos(TAPER)])
-        state = contact_states(case, np.column_stack([head + turned(centre, roll), roll]))
+        state = States(table, np.column_stack([head + turned(centre, roll), roll]))
         assert ((state.force > 0) == [True, False, False, False]).all()
         return np.abs(np.diff(state.hessian, axis=0)).max(axis=0)
 
@@ -259,16 +256,16 @@ def test_potential_is_c2(pair: str, case: Path, rest: States):
     assert (ratio > 12).all(), ratio      # 16 for a bounded third derivative, 1 for a jump
 
 
-def test_open_contact(case: Path, rest: States):
+def test_open_contact(table: ContactTable):
     """High above the rails there is neither energy nor force."""
-    state = contact_states(case, np.array([[0.0, rest.equilibrium + 0.02, 0.01], [0.01, 2.0, 0.0]]))
+    state = States(table, np.array([[0.0, table.equilibrium + 0.02, 0.01], [0.01, 2.0, 0.0]]))
     assert (state.energy == 0).all()
     assert (state.gradient == 0).all()
 
 
-def test_mirror_of_the_potential(case: Path, random_poses: np.ndarray):
+def test_mirror_of_the_potential(table: ContactTable, random_poses: np.ndarray):
     """The mirrored pose exchanges left and right, bit by bit."""
-    one, other = contact_states(case, random_poses), contact_states(case, random_poses*MIRROR)
+    one, other = States(table, random_poses), States(table, random_poses*MIRROR)
     swap = [2, 3, 0, 1]
     assert (one.energy == other.energy[:, ::-1]).all()
     assert (one.gradient == other.gradient[:, swap]*MIRROR).all()
@@ -309,12 +306,12 @@ BARS = {
 
 @pytest.mark.parametrize("model", ["strip", "halfspace"])
 @pytest.mark.parametrize("stage", ["running", "overturning"])
-def test_table_against_direct(stage: str, model: str, pair: str, case: Path, strip_case: Path, shipped: dict[str, Run]):
+def test_table_against_direct(stage: str, model: str, pair: str, table: ContactTable, strips: ContactTable, shipped: dict[str, Run],
+                              tmp_path: Path):
     """At poses of the ten runs, 2500 with strips and 300 with half-spaces, and as many of overturning as of a run, a
     wheel's force is that of direct evaluation; and a table knows that a run can come there."""
     chosen = driven_poses(shipped, pair, 500 if model == "strip" else 60)[stage]
-    place, _, _, error = probe("stated_error", strip_case if model == "strip" else case, 0,
-                               stdin=f"{len(chosen)}\n" + text(chosen)).T
+    place, _, _, error = stated_error(strips if model == "strip" else table, chosen, tmp_path)
     largest, rms = error.max(), np.sqrt(np.mean(error**2))
     print(f"{pair} {model} {stage}: largest {largest:.2e}, rms {rms:.2e}, {np.mean(place == 0):.2%} out of reach, worst "
           f"{chosen[error.argmax()]}")      # shown by pytest -rP

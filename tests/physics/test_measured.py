@@ -1,7 +1,5 @@
 """Measured and worn profiles: what the program makes of them."""
-import random
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +7,8 @@ import pytest
 
 import ldbench
 import shapes
-from fuzz import mutate
 from probes import table_file
-from running import FORTRAN_TESTS, HANG, REPO, Run, columns, header, run_case, short_case
+from running import REPO, Run, columns, header, run_case, short_case
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
 
@@ -48,7 +45,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, np.ndarray, 
     return run(tmp_path_factory.mktemp("clean"), **files(wheel=WHEEL, rail=RAIL))
 
 
-@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.01), (0.02, 0.03), (0.1, 0.03), (0.4, 0.01)])
+@pytest.mark.parametrize(("spacing", "noise"), [(0.02, 0.03), (0.4, 0.01)])
 def test_noisy_points(spacing, noise, clean, tmp_path):
     """Dense points double back by their noise, sparse ones do not: with smoothing the run is that of the clean file."""
     wheel, rail = (shapes.noisy(shapes.shape(name, spacing), noise, seed) for seed, name in enumerate(("awprof", "arprof")))
@@ -61,11 +58,10 @@ def test_noisy_points(spacing, noise, clean, tmp_path):
 
 @pytest.mark.parametrize("worn", shapes.WORN_WHEELS)
 def test_worn_wheel(worn, tmp_path):
-    """It runs, on a new and on a worn rail, and with faces and noise, in another format, as it does clean."""
+    """It runs on a worn rail, and with faces and noise, in another format, as it does clean."""
     wheel = shapes.WORN_WHEELS[worn](WHEEL)
-    for folder, rail in ("new", RAIL), ("side worn", shapes.side_worn(RAIL)):
-        clearance, _y, _ = run(tmp_path / folder, **files(wheel=wheel, rail=rail), model="hertz")
-        assert 5 < clearance < 16
+    clearance, _, _ = run(tmp_path / "clean", **files(wheel=wheel, rail=shapes.side_worn(RAIL)), model="hertz")
+    assert 5 < clearance < 16
     measured, _, _ = run(tmp_path / "measured", shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel"),
                          shapes.rows(shapes.noisy(shapes.side_worn(RAIL), 0.01, 4)), "hertz")
     # Worn shapes conform: where tread ends and flange begins is less certain.
@@ -79,16 +75,16 @@ def test_conforming_profiles(tmp_path):
 
 
 @pytest.mark.parametrize(("law", "pair"), [
-    ("halfspace", "aw"), ("halfspace", "sw"), ("strip", "S1002 on 60E1"), ("strip", "measured"), ("hertz", "sw"),
-    ("hertz", "measured")])
-def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], tmp_path: Path):
+    ("halfspace", "aw"), ("halfspace", "sw"), ("strip", "aw"), ("hertz", "S1002 on 60E1"), ("hertz", "measured")])
+def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], strip_tables: dict[str, Path], tmp_path: Path):
     """On 275 curves, to 1.1 times the clearance on either side and 10 mrad of roll, F_z of the left wheel never falls while the
     wheel sinks by 0.4 mm in steps of 10 um. The measured profiles have noise of 10 um."""
     case = ldbench.Case.exercise(2, "sw" if pair == "sw" else "aw").replace(
-        model=law, **{"table_file": table_file(shipped, pair)} if law == "halfspace" else {"table_file": "", "accuracy": 6e-3})
+        model=law, **{"table_file": ""} | ({"accuracy": 6e-3} if law == "hertz" else {"table_file": strip_tables[pair]}
+                                          if law == "strip" else {"table_file": table_file(shipped, pair)}))
     if pair == "S1002 on 60E1":
         case = case.replace(wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
-                            back_to_back=1.36)
+                            back_to_back=1.36, n_lateral=120, n_roll=17, n_depth=17)
     if pair == "measured":
         for name, points in ("wheel", WHEEL), ("rail", RAIL):
             (tmp_path/name).write_text(shapes.rows(shapes.noisy(points, 0.01, 4)))
@@ -135,47 +131,3 @@ def test_table_holds_where_faces_of_wheel_and_rail_are_straight(tmp_path):
     done = run_case(text, tmp_path)
     assert done.returncode == 0, done.stderr
     assert float(re.search(r"flange (\S+) ", done.stdout)[1]) < 1e-3
-
-
-def test_mutated_files(tmp_path):
-    """A run or one true line of error, for 160 files; `make fuzz` takes as many as wanted."""
-    chance = random.Random(7)
-    rail = tmp_path / "rail"
-    rail.write_text(shapes.rows(shapes.shape("arprof", 1.0)))
-    base = {1: shapes.rows(shapes.shape("awprof", 1.0)), 2: shapes.rows(shapes.shape("arprof", 1.0))}
-    for kind, other in (1, rail), (2, tmp_path / "wheel"):
-        other.write_text(shapes.rows(shapes.shape("arprof" if kind == 1 else "awprof", 1.0)))
-        # Bytes that are no letters of Latin-1 are told as they are, and a terminal shows none.
-        texts = [re.sub("[\x80-\xa0\xad]", "?", mutate(base[kind].encode(), chance).decode("latin-1")) for _ in range(80)]
-        paths = [tmp_path / f"{kind}_{i}" for i in range(len(texts))]
-        for path, text in zip(paths, texts, strict=True):
-            path.write_bytes(text.encode("latin-1"))
-        asked = "".join(f"{-kind if i % 40 == 0 else kind:2d} {path}\n" for i, path in enumerate(paths))
-        done = subprocess.run([FORTRAN_TESTS / "read_profiles", other], input=asked, capture_output=True, encoding="latin-1",
-                              timeout=HANG)
-        assert done.returncode == 0, done.stderr
-        answers = done.stdout.removesuffix("\n").split("\n")
-        assert len(answers) == len(texts)
-        assert 4 < sum(answer == "good" for answer in answers) < 72
-        for path, text, answer in zip(paths, texts, answers, strict=True):
-            check_answer(path, text, answer)
-
-
-def check_answer(path: Path, text: str, answer: str) -> None:
-    """What an error claims is so."""
-    if answer == "good" or re.fullmatch(r"\s*\S+E[-+]\d+", answer):
-        return
-    assert answer.isprintable() and len(answer) < 600, answer
-    assert str(path) in answer or answer.startswith("&track gauge"), answer
-    lines = text.split("\n")
-    if found := re.search(rf"{path}, line (\d+): ", answer):
-        assert int(found[1]) <= len(lines), answer
-        if quoted := re.search(r"found '([^'?]*)'; convert it: ", answer):
-            assert quoted[1].strip()[:40] in lines[int(found[1]) - 1].replace("\t", " "), answer
-    if found := re.search(r"over (\S+) to (\S+) mm, found a width of ([^;]+)", answer):
-        least, most, width = map(float, found.groups())
-        assert not least <= width <= most, answer
-    if found := re.search(r"at least 10 points, found (\d+)", answer):
-        assert int(found[1]) < 10, answer
-    if found := re.search(r"at most 120 degrees at a point, found (\d+)", answer):
-        assert int(found[1]) >= 120, answer

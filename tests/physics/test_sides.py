@@ -86,18 +86,16 @@ MIRRORED = [(formulation, right, list(STARTS)[(i + k) % 3]) for i, formulation i
             for k, right in enumerate(OTHERS)]
 
 
-@pytest.mark.parametrize(("formulation", "side", "begin", "model"), [
-    *((*case, "hertz") for case in MIRRORED), ("elastic", "wheel and rail", "thrown", "strip")])
-def test_mirrored_input_gives_mirrored_output(formulation: str, side: str, begin: str, model: str):
+@pytest.mark.parametrize(("formulation", "side", "begin"), MIRRORED)
+def test_mirrored_input_gives_mirrored_output(formulation: str, side: str, begin: str):
     """Files of left and right exchanged, initial conditions mirrored: bit for bit, the geometry functions too."""
     right, start = LEFT | OTHERS[side], STARTS[begin]
-    case = two_sided(formulation, LEFT, right, t_end=0.15, **start).replace(model=model)
+    case = two_sided(formulation, LEFT, right, t_end=0.15, **start)
     if formulation == "bilateral" and right == RIGHT:
         case = case.replace(t_end=0.02)         # then it stands on a corner of the s1002's flange
     opposite = case.replace(**profiles(right, LEFT), **{name: -x for name, x in start.items() if name != "Z"})
     sides = tuple(LEFT.values()), tuple(right.values())
-    here, there = (run(one, table=table_of(formulation, *order) if model == "hertz" else None)
-                   for one, order in ((case, sides), (opposite, sides[::-1])))
+    here, there = (run(one, table=table_of(formulation, *order)) for one, order in ((case, sides), (opposite, sides[::-1])))
     found = mirrored(there.data)
     assert len(here.data) > 10
     for name in here.data:

@@ -31,19 +31,13 @@ def ldbench(*arguments: str | Path, cwd: Path = REPO, **options) -> subprocess.C
     return subprocess.run([LDBENCH, *arguments], cwd=cwd, capture_output=True, text=True, timeout=HANG, **options)
 
 
-@pytest.mark.parametrize("option", ["--help", "-h"])
-def test_help(option, tmp_path):
+@pytest.mark.parametrize(("option", "words"), [
+    ("--help", r"(?s).*usage: ldbench < input\.nml.*&wheelset.*"), ("-h", r"(?s).*&wheelset.*"),
+    ("--version", r"ldbench \d+\.\d+\.\d+\n")])
+def test_help_and_version(option, words, tmp_path):
     done = ldbench(option, cwd=tmp_path)
-    assert done.returncode == 0 and done.stderr == ""
-    assert "usage: ldbench < input.nml" in done.stdout and "&wheelset" in done.stdout
-    assert max(len(line) for line in done.stdout.splitlines()) < 132
-    assert not list(tmp_path.iterdir())
-
-
-def test_version(tmp_path):
-    done = ldbench("--version", cwd=tmp_path)
-    assert done.returncode == 0 and done.stderr == ""
-    assert re.fullmatch(r"ldbench \d+\.\d+\.\d+\n", done.stdout)
+    assert (done.returncode, done.stderr) == (0, "") and re.fullmatch(words, done.stdout)
+    assert max(len(line) for line in done.stdout.splitlines()) < 132 and not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

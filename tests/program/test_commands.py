@@ -139,10 +139,13 @@ def examples() -> Iterator[str]:
         yield from map(str.strip, (module_of(command).__doc__ or "").partition("\n\nexamples:\n")[2].splitlines())
 
 
-# What takes minutes, or needs another machine: only parsed, as it stands.
+# Only parsed, as it stands: what takes minutes, needs another machine, or is run elsewhere.
 ONLY_PARSED = {"ldbench report": "test_report.py makes one",
                "study derailment": "600 runs and more with tables of their own",
-               "--scheduler tcp://": "a scheduler on another machine"}
+               "--scheduler tcp://": "a scheduler on another machine",
+               **dict.fromkeys(("compare outputs/ex2_aw.txt other", "view outputs/ex2_aw.txt other", "plot outputs/ex1_aw.txt"),
+                               "docs/compare.md has it"),
+               **dict.fromkeys(("codes -o round_2", "formulations -o trial"), "an example beside it differs in names alone")}
 # What is run with other words, by the time that it would take.
 SMALLER = {"--speed 1e-3": "--speed 2e-2", "-n 50": "-n 2"}
 # What runs every case of inputs/: it gets exercise 3 alone.

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import resolve_name
 from pathlib import Path
 
 import pytest
@@ -47,74 +48,37 @@ def test_the_repository_holds_what_belongs_there():
 PACKAGE = Path(ldbench.__file__).parent
 ROOMS = ("_core", "tools", "case", "conicity", "pressure", "profiles", "table", "results", "geometry", "plots", "profile", "viewer",
          "runs", "ensembles", "report", "commands", "__main__")
-# Whatever stands for the whole package, to which no room belongs.
-PYTHON = {path: ".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in sorted(PACKAGE.rglob("*.py"))
-          if path != PACKAGE/"__init__.py"}
 
 
-def module_of(path: Path) -> str:
-    """The dotted name of a module inside the package; of a folder, the folder's."""
-    return PYTHON[path].removesuffix(".__init__")
+def dotted(path: Path) -> str:
+    """The name of a module; of a folder, the folder's."""
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
-MODULES = {module_of(path) for path in PYTHON} | {"_core._flat"}
+PYTHON = [path for path in sorted(PACKAGE.rglob("*.py")) if path != PACKAGE/"__init__.py"]
+MODULES = {*map(dotted, PYTHON), "ldbench._core._flat"}
 
 
-def is_for_types(node: ast.AST) -> bool:
-    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-
-
-def imports(path: Path, for_types: bool) -> set[str]:
-    """The modules of the package that a module imports, at the top or inside functions; with those that only types need."""
-    found: set[str] = set()
-
-    def walk(node: ast.AST) -> None:
-        if is_for_types(node) and not for_types:
-            for other in node.orelse:
-                walk(other)
-            return
+def imported(path: Path) -> Iterator[tuple[str, str]]:
+    """The modules that a module imports, at the top or inside functions, and the names that it takes from them."""
+    package = dotted(path) if path.name == "__init__.py" else dotted(path.parent)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
-            place = list(path.relative_to(PACKAGE).parent.parts)
-            if node.level:
-                base = ["ldbench", *place[:len(place) - node.level + 1]]
-                assert len(place) >= node.level - 1, (path, node.lineno)
-            else:
-                base = []
-            base += node.module.split(".") if node.module else []
-            if base[:1] == ["ldbench"]:
-                take(base[1:], [alias.name for alias in node.names])
+            module = resolve_name("."*node.level + (node.module or ""), package) if node.level else node.module or ""
+            yield from ((module, alias.name) for alias in node.names)
         elif isinstance(node, ast.Import):
-            for alias in node.names:
-                if alias.name.partition(".")[0] == "ldbench":
-                    take(alias.name.split(".")[1:], [])
-        for child in ast.iter_child_nodes(node):
-            walk(child)
-
-    def take(base: list[str], names: list[str]) -> None:
-        """What `from base import names` reads: modules among the names, else the module of that name."""
-        for name in names or [""]:
-            inner = ".".join([*base, name]) if name else ".".join(base)
-            found.add(inner if inner in MODULES else ".".join(base))
-
-    walk(ast.parse(path.read_text(encoding="utf-8")))
-    return found
+            yield from ((alias.name, "") for alias in node.names)
 
 
-def room(module: str) -> str:
-    return module.partition(".")[0]
-
-
-@pytest.mark.parametrize("for_types", [False, True], ids=["at run time", "types too"])
-def test_rooms_use_each_other_in_one_order(for_types: bool):
+def test_rooms_use_each_other_in_one_order():
     """Imports inside functions count as well, and so do those that only types need."""
-    used = {(module_of(path), other) for path in PYTHON for other in imports(path, for_types)}
-    whole = [(module, other) for module, other in used if not other]
-    assert whole == [], "a module that imports the package itself"
-    assert {room(other) for _, other in used} <= set(ROOMS)
-    between = {(room(module), room(other)) for module, other in used if room(module) != room(other)}
-    assert len(between) > 25
-    wrong = sorted((module, other) for module, other in used if ROOMS.index(room(other)) > ROOMS.index(room(module)))
-    assert wrong == []
+    used = {(dotted(path), whole if (whole := f"{module}.{name}") in MODULES else module)
+            for path in PYTHON for module, name in imported(path) if module.partition(".")[0] == "ldbench"}
+    assert [one for one, other in used if other == "ldbench"] == [], "a module that imports the package itself"
+    between = {tuple(module.split(".")[1] for module in pair) for pair in used}
+    assert {room for pair in between for room in pair} <= set(ROOMS)
+    assert len([one for one, other in between if one != other]) > 25
+    assert sorted((one, other) for one, other in between if ROOMS.index(other) > ROOMS.index(one)) == []
 
 
 ROUND = PACKAGE.with_name("ldbench_round")
@@ -123,28 +87,13 @@ ON_TOP = (REPO/"docs/python.md").read_text(encoding="utf-8").partition("## Packa
 PUBLIC = {"ldbench", *re.findall(r"`(ldbench\.[a-z_.]+)`", ON_TOP)}
 
 
-def names_imported(tree: ast.AST) -> Iterator[tuple[str, str]]:
-    """The modules that are imported by their whole names, and the names that are taken from them."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and not node.level:
-            yield from ((node.module or "", alias.name) for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from ((alias.name, "") for alias in node.names)
-
-
-def private(tree: ast.AST) -> list[tuple[str, str]]:
-    """The imports of ldbench that docs/python.md does not list."""
-    return [(module, name) for module, name in names_imported(tree) if module.partition(".")[0] == "ldbench" and not (
-        f"{module}.{name}" in PUBLIC or (module in PUBLIC and (
-            name in (*ldbench.__all__, "__version__") if module == "ldbench" else name and not name.startswith("_"))))]
-
-
 def test_a_round_uses_public_names_alone():
-    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in ROUND.rglob("*.py")}
-    assert {path.relative_to(ROUND): wrong for path, tree in trees.items() if (wrong := private(tree))} == {}
-    used = {module for tree in trees.values() for module, _ in names_imported(tree)} | {
-        f"{module}.{name}" for tree in trees.values() for module, name in names_imported(tree)}
-    assert used >= PUBLIC, "a public module that nothing on top uses"
+    """A round imports what docs/python.md lists, and that page lists nothing else."""
+    used = {pair for path in ROUND.rglob("*.py") for pair in imported(path) if pair[0].partition(".")[0] == "ldbench"}
+    private = {(module, name) for module, name in used if f"{module}.{name}" not in PUBLIC and not (module in PUBLIC and (
+        name in (*ldbench.__all__, "__version__") if module == "ldbench" else name and not name.startswith("_")))}
+    assert private == set()
+    assert {name for module, name_ in used for name in (module, f"{module}.{name_}")} >= PUBLIC, "a public module that nothing uses"
 
 
 def test_the_package_does_not_know_a_round():

@@ -24,12 +24,12 @@ def arguments(program: str, about: str, sections: Sequence[str], **forms: str) -
     return parser.parse_args()
 
 
-def run_sections(names: Iterable[str], form: bool, lines: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
-    """What the sections' modules return, by name, in that form; prints title, time and `lines` of each."""
+def run_sections(names: Iterable[str], made: Callable[[Any], Any], lines: Callable[[Any], Iterable[str]]) -> dict[str, Any]:
+    """What is made of the sections' modules, by name; prints title, time and `lines` of each."""
     sections = {}
     for name in names:
         begin = time.perf_counter()
-        section = sections[name] = importlib.import_module(name).section(form)
+        section = sections[name] = made(importlib.import_module(name))
         print(f"{name}: {section.title} ({time.perf_counter() - begin:.0f} s)")
         for line in lines(section):
             print(f"  {line}", flush=True)

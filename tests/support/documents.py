@@ -13,17 +13,24 @@ The blocks of a page run in order, in one folder with the shipped inputs and pro
 """
 from __future__ import annotations
 
+import io
 import math
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
-from running import HANG, LDBENCH, REPO, environment
+import pytest
+
+from ldbench.__main__ import main
+from running import HANG, LDBENCH, REPO
 
 PAGES = [REPO/"README.md", *sorted((REPO/"docs").glob("*.md")), REPO/"profiles/README.md"]
 BLOCK = re.compile(r"<!-- (run|output|file: \S+) -->\n+```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -85,34 +92,51 @@ def prepare(folder: Path, table: Path | None = None) -> None:
 
 
 def run_page(page: Path, prepared: Path, folder: Path) -> list[Shown]:
-    """Run the blocks of a page in a folder with copies of the prepared files."""
+    """Run the blocks of a page in a folder with copies of the prepared files. Python programs, each of which goes on where the one
+    before ended, and commands of the package run in this process."""
     shutil.copytree(prepared, folder, dirs_exist_ok=True)
     (folder/"ldbench").symlink_to(LDBENCH)
-    found = []
-    python = ""         # the Python programs of a page go on where the one before ended
-    for block in blocks(page):
-        if block.kind.startswith("file: "):
-            (folder/block.kind.removeprefix("file: ")).write_text(block.text)
-        elif block.language == "python":
-            printed = _run(python + "\nprint(end='\\0')\n" + block.text, folder, "python")
-            found.append(Shown(block.text, "...", printed.stdout, printed.returncode))
-            python += "\n" + block.text
-            last = printed.stdout.rpartition("\0")[2]
-        elif block.kind == "output":
-            found.append(Shown("output of the program before", block.text, last, 0))
-        else:
-            for command, expected in commands(block.text):
-                printed = _run(command, folder)
-                found.append(Shown(command, expected or "...", printed.stdout, printed.returncode))
+    found, names, last = [], {"__name__": "__main__"}, ""
+    path = f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin"
+    with pytest.MonkeyPatch.context() as place:
+        place.chdir(folder)
+        for name, value in ("PATH", path), ("MPLBACKEND", "agg"), ("COLUMNS", "100"):
+            place.setenv(name, value)
+        for block in blocks(page):
+            if block.kind.startswith("file: "):
+                Path(block.kind.removeprefix("file: ")).write_text(block.text)
+            elif block.language == "python":
+                status, last = here(lambda text=block.text: exec(compile(text, page.name, "exec"), names))
+                found.append(Shown(block.text, "...", last, status))
+            elif block.kind == "output":
+                found.append(Shown("output of the program before", block.text, last, 0))
+            else:
+                for command, expected in commands(block.text):
+                    found.append(Shown(command, expected or "...", *reversed(run_command(command))))
     return found
 
 
-def _run(text: str, folder: Path, language: str = "console") -> subprocess.CompletedProcess[str]:
-    """Run a command of the shell, or a Python program. `python` is this interpreter."""
-    python = Path(sys.executable).parent
-    words = [sys.executable, "-c", text] if language == "python" else ["bash", "-c", text]
-    return subprocess.run(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=HANG,
-                          env=environment(PATH=f"{python}:/usr/local/bin:/usr/bin:/bin", MPLBACKEND="agg", COLUMNS="100"))
+def run_command(command: str) -> tuple[int, str]:
+    """Status and output of a command of the shell."""
+    words = shlex.split(command.replace("\\\n", " "))
+    if words[:3] == ["python", "-m", "ldbench"] and not set(command) & set("|<>;&*"):
+        return here(lambda: main(words[3:]))
+    done = subprocess.run(["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=HANG)
+    return done.returncode, done.stdout
+
+
+def here(call: Callable[[], object]) -> tuple[int, str]:
+    """Status and output of a call in this process."""
+    said = io.StringIO()
+    with redirect_stdout(said), redirect_stderr(said):
+        try:
+            status = call() or 0
+        except SystemExit as end:
+            status = end.code or 0
+        except Exception:
+            traceback.print_exc()
+            status = 1
+    return status, said.getvalue()
 
 
 def alike(expected: str, found: str) -> bool:

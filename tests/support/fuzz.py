@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import os
 import random
-import select
 import struct
 import subprocess
 import sys
@@ -25,8 +24,8 @@ import numpy as np
 import shapes
 from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, short_case
 
-HANG = 600                  # without a sign of life [s]
 BATCH = 400                 # inputs of a child
+HANG = 1800                 # a child that takes so long hangs [s]
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 # The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
@@ -110,6 +109,10 @@ class Child:
         self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
         self.profiles = [form(points, kind).encode("latin-1") for form in shapes.FORMATS.values() for points, kind in (
             (shapes.with_faces(shapes.shape("awprof", 1.0), 1.0), "wheel"), (shapes.shape("arprof", 1.0), "rail"))]
+        self.plain = {kind: shapes.rows(shapes.shape(name, 1.0)).encode()
+                      for kind, name in (("wheel", "awprof"), ("rail", "arprof"))}
+        for kind, data in self.plain.items():
+            (folder/kind).write_bytes(data)
         time = np.linspace(0, 0.02, 30)
         values = np.column_stack([time, np.sin(time), 1e3*time**2, np.where(time > 0.01, np.nan, 1.0)])
         rows = [[f"{x:.6g}" for x in row] for row in values]
@@ -194,6 +197,15 @@ class Child:
         for stations in found.smooth, found.rough:
             assert all(np.isfinite(x).all() for x in (stations.s, stations.y, stations.z, stations.angle, stations.curvature))
 
+    def core_profile(self, rng: random.Random) -> None:
+        """As the core reads it, on its good rail or wheel."""
+        from ldbench.table import rigid_geometry
+
+        kind = rng.choice(list(self.plain))
+        files = {f"{one}_profile": str(self.folder/one) for one in self.plain}
+        files[f"{kind}_profile"] = str(self.mutant(mutate(self.plain[kind], rng)))
+        rigid_geometry(self.ldbench.Case.from_namelist("&case /").replace(table_file="", **files))
+
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))
         mapped = rng.choice([None, {"time": 1, "Y": {"column": 2, "unit": "mm"}}])
@@ -256,8 +268,8 @@ class Child:
 
 
 KIND: dict[str, Callable[[Child, random.Random], None]] = {
-    "namelist": Child.namelist, "profile": Child.profile, "columns": Child.column_file, "ours": Child.our_file,
-    "map": Child.column_map, "table": Child.table_file}
+    "namelist": Child.namelist, "profile": Child.profile, "core profile": Child.core_profile,
+    "columns": Child.column_file, "ours": Child.our_file, "map": Child.column_map, "table": Child.table_file}
 KINDS = list(KIND)
 
 
@@ -279,33 +291,26 @@ def watch(seeds: range) -> list[str]:
     """Failures of some inputs, done by children; the next child goes on after the input that one died of."""
     failures: list[str] = []
     while seeds:
-        child = subprocess.Popen([sys.executable, __file__, "--child", str(seeds.start), str(seeds.stop)],
-                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment(OMP_NUM_THREADS="1"))
-        last, ended, rest = seeds.start - 1, False, b""
-        while not ended:
-            if not select.select([child.stdout], [], [], HANG)[0]:
-                child.kill()
-                failures.append(f"{last} {KINDS[last % len(KINDS)]}: hangs")
-                break
-            data = os.read(child.stdout.fileno(), 65536)
-            if not data:
-                break
-            *lines, rest = (rest + data).split(b"\n")
-            for line in lines:
-                word, _, text = line.decode(errors="replace").partition(" ")
-                ended = ended or word == "end"
-                if word == "seed":
-                    last = int(text)
-                elif word == "failed":
-                    failures.append(f"{last} {KINDS[last % len(KINDS)]}: {text.partition(' ')[2]}")
-        said = child.communicate()[1].decode(errors="replace")
-        if ended:
-            return failures
-        if last < seeds.start:
-            raise RuntimeError(said)
-        failures.append(f"{last} {KINDS[last % len(KINDS)]}: died with {child.returncode}: {said[-300:]}")
-        seeds = range(last + 1, seeds.stop)
+        words = [sys.executable, __file__, "--child", str(seeds.start), str(seeds.stop)]
+        try:
+            done = subprocess.run(words, capture_output=True, timeout=HANG, env=environment(OMP_NUM_THREADS="1"))
+            said, end = done.stdout, f"died with {done.returncode}: {done.stderr.decode(errors='replace')[-300:]}"
+        except subprocess.TimeoutExpired as hang:
+            said, end = hang.stdout or b"", "hangs"
+        lines = [line.partition(" ") for line in said.decode(errors="replace").splitlines()]
+        failures += [failure(*text.split(" ", 1)) for word, _, text in lines if word == "failed"]
+        if lines and lines[-1][0] == "end":
+            break
+        begun = [int(text) for word, _, text in lines if word == "seed"]
+        if not begun:
+            raise RuntimeError(end)
+        failures.append(failure(begun[-1], end))
+        seeds = range(begun[-1] + 1, seeds.stop)
     return failures
+
+
+def failure(seed: str | int, text: str) -> str:
+    return f"{seed} {KINDS[int(seed) % len(KINDS)]}: {text}"
 
 
 def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] = lambda done, found: None) -> list[str]:

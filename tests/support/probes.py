@@ -1,5 +1,4 @@
 """The small Fortran programs of tests/fortran, as functions of arrays."""
-import functools
 import re
 import subprocess
 from dataclasses import dataclass
@@ -8,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ldbench import Case, ContactTable
-from running import FORTRAN_TESTS, HANG, REPO, Run, namelist
+from ldbench import ContactTable
+from running import FORTRAN_TESTS, HANG, REPO, Run
 
 # The benchmark's wheelset.
 MASS, ROLL_INERTIA, PITCH_INERTIA = 1568.0, 656.0, 168.0     # [kg, kg m2]
@@ -32,29 +31,20 @@ def probe(program: str, *arguments: object, stdin: str = "") -> np.ndarray:
     return np.loadtxt(StringIO(done.stdout), ndmin=2)
 
 
-def write_case(folder: Path, pair: str, table_file: Path | None = None, **groups: dict[str, object]) -> Path:
-    """A namelist file for a pair of profiles; numbers may be numpy's."""
-    groups["profiles"] = {"wheel_profile": f"profiles/{pair}prof.yz",
-                          "rail_profile": f"profiles/{pair[0]}rprof.yz"} | groups.get("profiles", {})
-    if table_file:
-        groups["table"] = {"file": table_file} | groups.get("table", {})
-    plain = {group: {name: float(x) if isinstance(x, np.floating) else x for name, x in variables.items()}
-             for group, variables in groups.items()}
-    folder.mkdir(exist_ok=True, parents=True)
-    file = folder / "case.nml"
-    file.write_text(namelist(**plain))
-    return file
+def stated_error(table: ContactTable, poses: np.ndarray, folder: Path, most: int = 0) -> np.ndarray:
+    """The rows place, tread, flange and error of tests/fortran/stated_error.f90 for poses of the left wheel."""
+    table.case.to_namelist(folder / "stated.nml")
+    return probe("stated_error", folder / "stated.nml", stdin=f"{len(poses)} {most}\n" + text(poses)).T
 
 
-@dataclass
 class States:
     """The wheelset's contacts at poses (y, z, roll), z being the height of the axle centre; NaN off the table."""
-    equilibrium: float       # height of the axle centre at rest [m]
-    rigid_height: float      # height of the axle centre where the rigid wheels just touch [m]
-    clearance: float         # [m]
-    energy: np.ndarray       # (pose, wheel) [J]
-    gradient: np.ndarray     # (pose, contact LT LF RT RF, coordinate) [N, N m]
-    hessian: np.ndarray      # (pose, coordinate, coordinate) of the sum of the energies
+
+    def __init__(self, table: ContactTable, poses: np.ndarray) -> None:
+        place = {"outside": "nan"}
+        self.energy = np.stack([table.potential(*poses.T, wheel=wheel, **place) for wheel in ("left", "right")], axis=1)   # [J]
+        self.gradient = -table.forces_by_contact(*poses.T, **place)     # (pose, contact LT LF RT RF, coordinate) [N, N m]
+        self.hessian = table.tangent(*poses.T, **place)                 # (pose, coordinate, coordinate) of the sum of the energies
 
     @property
     def total(self) -> np.ndarray:
@@ -65,33 +55,6 @@ class States:
     def force(self) -> np.ndarray:
         """Size of each contact's force, (pose, contact) [N]."""
         return np.hypot(self.gradient[..., 0], self.gradient[..., 1])
-
-
-@functools.cache
-def read_table(namelist: str) -> ContactTable:
-    """The contact table of a case, read or built once."""
-    return ContactTable.quiet(Case.from_namelist(namelist))
-
-
-def contact_states(case: Path, poses: np.ndarray) -> States:
-    table = read_table(case.read_text())
-    energy = np.stack([table.potential(*poses.T, wheel=wheel, outside="nan") for wheel in ("left", "right")], axis=1)
-    return States(table.equilibrium, table.rigid_height, table.clearance, energy,
-                  -table.forces_by_contact(*poses.T, outside="nan"), table.tangent(*poses.T, outside="nan"))
-
-
-@dataclass
-class Motion:
-    """A motion in steps of equal length."""
-    t: np.ndarray
-    q: np.ndarray            # (step, coordinate) y, z, roll
-    v: np.ndarray
-    energy: np.ndarray       # total, less the work done by the lateral force
-
-
-def trajectory(case: Path, steps: int, *options: str, every: int = 1) -> Motion:
-    rows = probe("trajectory", case, steps, every, *options)
-    return Motion(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7])
 
 
 def table_file(shipped: dict[str, Run], pair: str) -> Path:

@@ -66,10 +66,10 @@ def reference(name: str, formulation: str) -> pd.DataFrame:
     return kept.assign(**{f"may move {c}": tolerance[:, k] for k, c in enumerate(COLUMNS)})
 
 
-def moves(stored: pd.DataFrame, name: str, formulation: str) -> list[str]:
-    """What is out of tolerance, in words."""
+def moves(stored: pd.DataFrame, name: str, formulation: str, columns: pd.DataFrame | None = None) -> list[str]:
+    """What is out of tolerance, in words, in the columns of a run that is made here unless it is given."""
     own = stored[(stored.case == name) & (stored.formulation == formulation)]
-    columns = motion(case_of(name, formulation))
+    columns = motion(case_of(name, formulation)) if columns is None else columns
     found = []
     for _, row in own.iterrows():
         k = int(np.searchsorted(columns.time, row.time - 1e-9))

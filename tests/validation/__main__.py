@@ -50,7 +50,7 @@ changes. The bar is the largest deviation that the stated error estimate allows;
 def main() -> int:
     args = arguments("make validate", __doc__, SECTIONS)
     warnings.simplefilter("ignore", ldbench.Warning)        # tables that are coarse on purpose
-    sections = run_sections(args.only, False, lines)
+    sections = run_sections(args.only, lambda module: module.section(), lines)
     document, table = OUTPUTS/"ldbench_validation.pdf", OUTPUTS/"validation.csv"
     write_csv(table, HEAD, (
         [name, c.quantity, repr(float(c.value)), repr(float(c.reference)), c.source, f"{c.deviation:.3e}",

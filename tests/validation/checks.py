@@ -9,6 +9,8 @@ from sheets import Table
 
 SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
     "sensitivity", "unknown", "measured", "stiffness", "manchester"
+# Tests run these in a short form: fewer cases and poses.
+SHORT = "halfspace", "linear", "conicity", "quasistatic", "integration", "manchester"
 
 
 @dataclass(frozen=True)

@@ -99,14 +99,14 @@ def tabulated(pair: str, last: float, spacing: float) -> DeltaR:
     return lambda y: np.copysign(np.interp(np.abs(y), grid, values), y)
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     checks, rows, curves = [], [], {}
     shapes = dict(list(SHAPES.items())[1::3]) if short else SHAPES
     for name, shape in shapes.items():
         found = shape.geometry(amplitudes_of(shape))
         checks += shape_checks(name, shape, found)
         rows += shape_rows(name, shape, found)
-    for pair in PAIRS:
+    for pair in PAIRS if not short else ("aw",):
         table = ContactTable(Case.exercise(1, pair))
         reference = tabulated(pair, 1.2*table.clearance, 4e-4 if short else 2e-5)
         y = np.linspace(0, 1.2*table.clearance, 31 if short else 241)[1:]

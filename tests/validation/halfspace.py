@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ellipe, ellipk, gamma
 
 from checks import Check, Section, limit, relative
-from programs import fortran_test
+from probes import probe, text
 from sheets import Table
 
 E_STAR = 1.0       # the solver is linear in it
@@ -55,11 +55,10 @@ def press(n: int, width: float, length: float, depth: Callable[[np.ndarray, np.n
     dx, ds = 2*width/n, 2*length/ns
     x, s = (np.arange(n//2) + 0.5)*dx, (np.arange(ns) + 0.5)*ds - length
     g = depth(x[:, None], s[None])
-    lines = [f"{n//2} {ns} {dx!r} {ds!r} {E_STAR!r}", *map(repr, g.T.ravel().tolist())]
-    first, *numbers = fortran_test("halfspace_pressure", stdin="\n".join(lines) + "\n").splitlines()
-    if first.split()[0] != "1":
+    ok, *pressures = probe("halfspace_pressure", stdin=f"{n//2} {ns} {dx!r} {ds!r} {E_STAR!r}\n" + text(g.T.ravel()[:, None]))[:, 0]
+    if not ok:
         raise RuntimeError("the half-space solver did not reach its tolerance")
-    return Pressed(x, s, g, np.array(numbers, float).reshape(ns, n//2).T, dx*ds)
+    return Pressed(x, s, g, np.reshape(pressures, (ns, n//2)).T, dx*ds)
 
 
 class Hertz:
@@ -136,7 +135,7 @@ def force_from_energy(ratio: float, n: int) -> tuple[float, float]:
     return middle.force, (high.energy - low.energy)/(2*h*exact.delta)
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     ratios = RATIOS[::4] if short else RATIOS
     grids = (10, 20, 40) if short else (8, 12, 16, 24, 32, 48, 64)
     stated = 40

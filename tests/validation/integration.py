@@ -313,7 +313,7 @@ def deviation_row(found: Trajectories) -> list[str]:
             f"{found.step_error()[n - 1].max():.1e}", f"{found.tolerance_error()[n - 1].max():.1e}"]
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     out = Section("Independent integration", TEXT)
     tables: dict[str, ContactTable] = {}
     found: list[Trajectories] = []

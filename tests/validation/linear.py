@@ -101,7 +101,7 @@ EXACT_BARS = 3e-5, 4e-4, 4e-4           # the table's second derivatives in roll
 SLOPE_BARS = 0.02, 2e-3                 # 5e-7 of interpolation in a gap of 2e-5, over five powers of e
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     checks, rows, sweeps = [], [], {}
     for pair in PAIRS:
         strips = {"contact_model": "strip", "table_file": f"outputs/{pair}_strip.table"}

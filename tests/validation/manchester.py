@@ -181,7 +181,7 @@ def groups(found: Sequence[Found]) -> dict[str, tuple[list[Found], dict[str, flo
             "right wheel, flange": ([f for f in found if f.pose.wheel == "right" and f.pose.y_mm > FLANGE], FLANGE_BARS)}
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     wheel = Profile(SHIPPED[0], "wheel").points
     chosen = [pose for pose in poses() if not short or pose.y_mm in (1.0, 9.0)]
     with tempfile.TemporaryDirectory() as folder:

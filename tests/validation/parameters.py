@@ -13,7 +13,6 @@ from ldbench.geometry.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
 from ldbench.geometry.pair import Pair, pair
 from sheets import Table
 
-SHORT = ("H",)             # the tests of EN 15302 take others, and wheels of two radii
 # The tables are rounded to 1 um. The spline rounds what is left of joints of zones, where the contact may stand.
 DELTA_R_BAR, MEDIAN_BAR = 2.0, 0.5      # [um]
 
@@ -79,14 +78,13 @@ def parameter_row(name: str, found: Pair) -> list[str]:
         [g.parameter("angle") for g in both], [g.parameter("roll") for g in both]) for value in values)]
 
 
-def section(short: bool) -> Section:
+def section() -> Section:
     checks: list[Check] = []
     rows, parameters = [], []
     with tempfile.TemporaryDirectory() as folder:
         paths = en15302.write(Path(folder))
-        for name in SHORT if short else TABLES:
-            # Without radii of their own the core finds how the wheels stand, in less time.
-            found = pair(en15302.case(name, paths), None if short else en15302.radii(name))
+        for name in TABLES:
+            found = pair(en15302.case(name, paths), en15302.radii(name))
             more, row = combination_checks(name, paths, found)
             checks += more
             rows.append(row)

@@ -230,7 +230,7 @@ CLOSED_FORM_BAR = 3e-4
 LAG_BAR = 1e-3
 
 
-def section(short: bool) -> Section:
+def section(short: bool = False) -> Section:
     checks, curves, falls, rigid = [], {}, {}, {}
     for pair in PAIRS:
         table = ContactTable(Case.exercise(5, pair))

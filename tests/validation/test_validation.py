@@ -1,4 +1,4 @@
-"""`make validate` with fewer cases and poses and smaller tables: every check of every section is inside its bar."""
+"""Sections of `make validate` with fewer cases and poses: every check is inside its bar."""
 from __future__ import annotations
 
 import importlib
@@ -8,25 +8,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from checks import SECTIONS
+from checks import SHORT
 from probes import table_file
 from running import PAIRS, Run
 
 
 @pytest.fixture(scope="session")
-def workplace(shipped: dict[str, Run], strip_tables: dict[str, Path], hertz_tables: dict[str, Path],
+def workplace(shipped: dict[str, Run], strip_tables: dict[str, Path],
               tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder whose outputs have the contact tables that the sections would build."""
     folder = tmp_path_factory.mktemp("validation")
     (folder/"outputs").mkdir()
     for pair in PAIRS:
-        for file in table_file(shipped, pair), strip_tables[pair], hertz_tables[pair]:
+        for file in table_file(shipped, pair), strip_tables[pair]:
             shutil.copy(file, folder/"outputs")
     return folder
 
 
 @pytest.mark.filterwarnings("ignore::ldbench.Warning")
-@pytest.mark.parametrize("name", SECTIONS)
+@pytest.mark.parametrize("name", SHORT)
 def test_every_check_is_inside_its_bar(name: str, workplace: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(workplace)
     section = importlib.import_module(name).section(short=True)

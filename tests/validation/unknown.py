@@ -9,20 +9,17 @@ from pathlib import Path
 import numpy as np
 
 import apta
-import ldbench
 import make_profiles as mp
 from checks import Check, Section, absolute, relative
-from ldbench import Case, ContactTable
+from ldbench import ContactTable
 from ldbench.case import Value
 from ldbench.report.abstract import SPREAD
-from sensitivity import PAIRS, base_case, clearance_bar, write_profiles
+from sensitivity import EXERCISES, PAIRS, Answers, answers, base_case, clearance_bar, write_profiles
 from sheets import Table
 
 WHEELS = "140M", "240"                     # of APTA
 THROATS = 0.75, 0.9, 1.1, 1.25              # factors of both throat radii
 CORNERS = 9.525, 12.7, 15.875               # radii of the gauge corner: 3/8, 1/2, 5/8 in [mm]
-SHORT = "ours", "APTA 140M", "throat radii x 1.1"
-SHORT_TABLE = {"model": "hertz", "n_lateral": 120, "n_roll": 17, "n_depth": 17, "table_file": ""}
 NAMES = "t_LF", "t_end", "N_LF", "F"
 LONG = {"t_LF": "first left flange contact [ms]", "t_end": "return or derailment [ms]", "N_LF": "peak of the left flange [kN]",
         "F": "lateral force at derailment [kN]"}
@@ -41,22 +38,19 @@ After many impacts an answer of one run is a sample (section "What the call leav
 @dataclass
 class Study:
     """Answers by exercise and variant; clearances by variant [m]."""
-    answers: dict[int, dict[str, dict[str, float]]] = field(default_factory=dict)
-    derails: dict[int, dict[str, bool]] = field(default_factory=dict)
+    answers: dict[int, dict[str, Answers]]
     clearance: dict[str, float] = field(default_factory=dict)
     bar: dict[str, float] = field(default_factory=dict)         # of the clearance [m]
 
     def moved(self, exercise: int, name: str, variant: str) -> float:
         """Change of an answer over ours; NaN where the run ends otherwise, or either has no such answer or contact."""
-        of = self.answers[exercise]
-        if name == "N_LF" and not of[variant][name] > 0:
+        found, ours = self.answers[exercise][variant], self.answers[exercise]["ours"]
+        if name in ("t_end", "F") and found.ending != ours.ending:
             return np.nan
-        if name in ("t_end", "F") and self.derails[exercise][variant] != self.derails[exercise]["ours"]:
-            return np.nan
-        return of[variant][name]/of["ours"][name] - 1
+        return found.numbers[name]/ours.numbers[name] - 1
 
 
-def variants(folder: Path, chosen: tuple[str, ...] | None) -> dict[str, dict[str, Value]]:
+def variants(folder: Path, chosen: tuple[str, ...] = ()) -> dict[str, dict[str, Value]]:
     """Changes of the shipped cases with actual profiles, by name; all of them, or the chosen ones."""
     found: dict[str, dict[str, Value]] = {"ours": {}}
     for name in WHEELS:
@@ -68,29 +62,17 @@ def variants(folder: Path, chosen: tuple[str, ...] | None) -> dict[str, dict[str
     return {name: changes for name, changes in found.items() if not chosen or name in chosen}
 
 
-def answers(case: Case, table: ContactTable) -> tuple[dict[str, float], bool]:
-    """What a run answers, times in s, forces in N, and whether it derails."""
-    run = ldbench.run(case, table=table)
-    first: dict[str, float] = {}
-    for event in run.events:
-        first.setdefault(event.kind, event.t)
-    passages = [e.t for e in run.events if e.kind == "centre passage"]
-    end = first.get("derailment", passages[-1] if passages else np.nan)
-    return {"t_LF": first.get("left flange contact", np.nan), "t_end": end, "N_LF": run.results["peak_N_LF"],
-            "F": case.lateral_ramp*end if case.lateral_ramp and "derailment" in first else np.nan}, bool(run.results["derailed"])
-
-
-def studied(exercises: tuple[int, ...], chosen: tuple[str, ...] | None, **always: Value) -> Study:
-    """Run the exercises with all variants, or with the chosen ones; `always` changes every case."""
-    study = Study({exercise: {} for exercise in exercises}, {exercise: {} for exercise in exercises})
+def studied() -> Study:
+    """Run the exercises with all variants."""
+    study = Study({exercise: {} for exercise in EXERCISES})
     with tempfile.TemporaryDirectory() as folder:
-        for name, changes in variants(Path(folder), chosen).items():
-            table = ContactTable(base_case(exercises[0], "aw").replace(**always | changes))
+        for name, changes in variants(Path(folder)).items():
+            table = ContactTable(base_case(1, "aw").replace(**changes))
             study.clearance[name] = table.clearance
             study.bar[name] = clearance_bar(table)
-            for exercise in exercises:
-                case = base_case(exercise, "aw").replace(**always | changes)
-                study.answers[exercise][name], study.derails[exercise][name] = answers(case, table)
+            for exercise in EXERCISES:
+                case = base_case(exercise, "aw").replace(**changes)
+                study.answers[exercise][name] = answers(case, table)
     return study
 
 
@@ -105,15 +87,15 @@ def spread_table(study: Study) -> Table:
     rows = []
     for exercise, of in study.answers.items():
         for name in NAMES:
-            ours = of["ours"][name]
-            if np.isnan(ours) or (name == "t_end" and np.isfinite(of["ours"]["F"])):
+            ours = of["ours"].numbers[name]
+            if np.isnan(ours) or (name == "t_end" and np.isfinite(of["ours"].numbers["F"])):
                 continue
             row = [f"ex{exercise}: {LONG[name]}", f"{(1e-3 if name in ('N_LF', 'F') else 1e3)*ours:.2f}"]
             for group in ("APTA 140M", "APTA 240", "throat", "gauge corner"):
                 low, high = spread(study, exercise, name, group)
-                others = [v for v in of if v.startswith(group) and study.derails[exercise][v] != study.derails[exercise]["ours"]]
+                others = [v for v, answer in of.items() if v.startswith(group) and answer.ending != of["ours"].ending]
                 words = "" if np.isnan(low) else f"{100*low:+.2f}" if low == high else f"{100*low:+.2f} to {100*high:+.2f}"
-                without = sum(v.startswith(group) and not answer["N_LF"] > 0 for v, answer in of.items())
+                without = sum(v.startswith(group) and np.isnan(answer.numbers["N_LF"]) for v, answer in of.items())
                 row.append(words + (f" ({len(others)} end otherwise)" if others and name in ("t_end", "F") else "")
                            + (f" ({without} without contact)" if without and name == "N_LF" else ""))
             rows.append(row)
@@ -131,13 +113,12 @@ def stored(study: Study) -> dict[str, str]:
             "force": f"{largest((5,), 'F'):.1f}"}
 
 
-def section(short: bool) -> Section:
-    study = studied((2,), SHORT, **SHORT_TABLE) if short else studied((1, 2, 3, 4, 5), None)
+def section() -> Section:
+    study = studied()
     checks: list[Check] = []
     for name in WHEELS:
-        if f"APTA {name}" in study.clearance:
-            checks.append(absolute(f"clearance of APTA {name} on the shipped rail [mm]", 1e3*study.clearance[f"APTA {name}"],
-                                   apta.clearance(name), "exact arcs, without a spline", 1e3*study.bar[f"APTA {name}"]))
+        checks.append(absolute(f"clearance of APTA {name} on the shipped rail [mm]", 1e3*study.clearance[f"APTA {name}"],
+                               apta.clearance(name), "exact arcs, without a spline", 1e3*study.bar[f"APTA {name}"]))
         low, z = mp.chain((0, 0), *apta.flange(name))[-1].end
         for what, value, inches in (("lowest point from the back", apta.THROAT[name]*apta.INCH - low, apta.LOWEST[name][0]),
                                     ("height of the flange over the end of the throat", z, apta.LOWEST[name][1])):
@@ -145,13 +126,12 @@ def section(short: bool) -> Section:
             checks.append(absolute(f"APTA {name}: {what} [mm]", value, apta.INCH*inches, "points of the standard", 0.02))
     checks += [absolute(f"clearance, {name} [mm]", 1e3*x, 1e3*PAIRS["aw"], "benchmark call", 1e3*study.bar[name])
                for name, x in study.clearance.items() if not name.startswith("APTA")]
-    if not short:
-        told = json.loads(SPREAD.read_text())
-        for name, value in stored(study).items():
-            words = f"abstract, spread of the answers: {name} [%]"
-            # Runs that start 1 nm apart derail within 3 kN of each other: 1.1 %.
-            checks.append(absolute(words, float(told[name]), float(value), "this section; bar 3 kN of chance", 1.1)
-                          if name == "force" else relative(words, float(told[name]), float(value), "this section", 0.1))
+    told = json.loads(SPREAD.read_text())
+    for name, value in stored(study).items():
+        words = f"abstract, spread of the answers: {name} [%]"
+        # Runs that start 1 nm apart derail within 3 kN of each other: 1.1 %.
+        checks.append(absolute(words, float(told[name]), float(value), "this section; bar 3 kN of chance", 1.1)
+                      if name == "force" else relative(words, float(told[name]), float(value), "this section", 0.1))
     return Section("What the unknown profiles are worth", TEXT, checks, [spread_table(study), Table(
         "Clearance of the variants", ("variant", "clearance [mm]"),
         [(name, f"{1e3*x:.4f}") for name, x in study.clearance.items()])])
