@@ -98,9 +98,15 @@ def test_peaks_are_those_of_the_rows(run: Run):
     """The program writes a row at the largest force of each contact."""
     for contact in CONTACTS:
         k = int(run.columns[f"N_{contact}"].argmax())
-        peak, t = (float(re.search(rf"\b{name}_{contact} = (\S+)", run.header)[1]) for name in ("peak_N", "t_peak"))
+        peak, t = (float(re.search(rf" {name}_{contact} = (\S+)", run.header)[1]) for name in ("peak_N", "t_peak"))
         assert peak == pytest.approx(run.columns[f"N_{contact}"][k], rel=1e-8)
         assert t == pytest.approx(run.columns["time"][k] if peak else 0.0, rel=1e-8)
+        if contact in ("LF", "RF"):
+            closed = run.columns[f"N_{contact}"] > 0
+            begin = int(closed.argmax())
+            first = run.columns[f"N_{contact}"][begin:begin + int((~np.append(closed[begin:], False)).argmax())].max(initial=0)
+            told = float(re.search(rf"first_peak_N_{contact} = (\S+)", run.header)[1])
+            assert told == pytest.approx(first, rel=1e-8), "a first contact opens where a row stands"
 
 
 @pytest.mark.parametrize("pair", PAIRS)
