@@ -280,7 +280,7 @@ report:
 validate:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(STUDY) tests/validation
-	LDBENCH_SLOW=1 $(PYTHON) -m pytest -q -m slow tests
+	LDBENCH_SLOW=1 OMP_NUM_THREADS=1 $(PYTHON) -m pytest -q -n $(CORES) -m slow tests
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))

@@ -24,7 +24,7 @@ SLOW = "LDBENCH_SLOW" in os.environ
 CASES = ("ex2_aw", "ex2_sw") if SLOW else ("ex2_aw",)
 
 
-pytestmark = pytest.mark.usefixtures("new_own_runs" if SLOW else "own")
+pytestmark = [pytest.mark.usefixtures("new_own_runs"), pytest.mark.slow] if SLOW else [pytest.mark.usefixtures("own")]
 
 
 @pytest.fixture(scope="module")
