@@ -63,7 +63,8 @@ def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     time = time[(time >= max(starts) - room) & (time <= min(ends) + room)]
     if time.size < 2:
         raise Error(f"{runs[0].file}: expected files that overlap in time, found no common rows")
-    columns = tuple(column for column in runs[0].data if column not in GIVEN and all(column in run.data for run in runs))
+    columns = tuple(column for column in runs[0].data if column not in GIVEN and all(column in run.data for run in runs)
+                    and (column != "W_ext" or any(run.values(column).any() for run in runs)))
     if not columns:
         raise Error(f"{runs[0].file}: expected a column besides time that all files have, found none; --map TOML says "
                     "how other codes name ours")
