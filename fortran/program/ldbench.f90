@@ -101,7 +101,7 @@ contains
     character(:), allocatable :: group
     integer :: k
 
-    lines = 'ldbench '//version//': a railway wheelset without friction between its flanges'//nl//nl// &
+    lines = 'ldbench '//version//': simulates a frictionless railway wheelset on two rails'//nl//nl// &
       'usage: ldbench < input.nml'//nl// &
       '       ldbench input.nml'//nl// &
       '       ldbench --help | --version'//nl//nl// &

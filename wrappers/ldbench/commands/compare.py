@@ -1,10 +1,10 @@
-"""Compare column files: ours with other models or steps, or other codes' submissions.
+"""Compare column files, of ldbench with other models or steps, or of other codes.
 
 The first file is the reference. The document has the files, events and peaks, a table of impacts (start, duration,
-peak, impulse, contact angle), the forces of each impact laid on each other, and every quantity that the files share by
-theme: over the others' and as a difference from the reference, on the reference's instants in the time that all files
-cover. A CSV file beside the PDF has all tables, in SI units. Angle, position and radius of a contact are compared while
-it is closed in both files.
+peak, impulse, contact angle), the forces of each impact laid on each other, and all quantities that the files share with
+their differences from the reference. Differences are taken at the rows of the reference, up to the end of the shortest
+file; angle, position and radius of a contact while it is closed in both files. A CSV file beside the PDF has all tables,
+in SI units.
 
 examples:
   python -m ldbench compare outputs/ex2_aw.txt other_code.csv --map other_code.toml

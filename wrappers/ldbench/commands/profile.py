@@ -1,10 +1,10 @@
 """Look at a wheel or rail profile, or at a pair, before a run: pages and the numbers.
 
-The page shows which part is what, dimension lines of Sh, Sd and qR, tangent angle and curvature before and after
-smoothing, the measures of workshop and track, and what was mended. A pair has a second page: each wheel on its rail
-with contact lines, and over the lateral displacement the rolling radius difference, the contact angles and their
-tangents, the contact positions, roll and conicity. They are given for the level wheelset
-(EN 15302) and for the one that rolls until it stands on both rails. A picture .png has the second page below the first.
+The page shows the parts of the profile, Sh, Sd and qR, tangent angle and curvature before and after smoothing, the
+measures of EN 15313, and what was mended. A pair has a second page: each wheel on its rail with contact lines, and over
+the lateral displacement the rolling radius difference, the contact angles and their tangents, the contact positions,
+roll and conicity, for the level wheelset (EN 15302) and for the one that rolls until it stands on both rails. A picture
+.png has the second page below the first.
 
 examples:
   python -m ldbench profile profiles/awprof.yz

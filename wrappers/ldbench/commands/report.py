@@ -1,7 +1,6 @@
 """Make the submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
 
-What is up to date is left alone: a case is run again when its namelist, its profiles
-or the program have changed.
+A case is run again only when its namelist, its profiles or the program have changed.
 
 examples:
   python -m ldbench report

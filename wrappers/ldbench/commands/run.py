@@ -1,7 +1,7 @@
 """Run cases: integrate the wheelset's motion, write the column files, print the summaries.
 
-Several cases run side by side. A column file is the executable's, byte by byte. A case that --set changes, other than
-in &output, needs a file of its own: by -o, or by another name where the namelist names no file.
+Several cases run side by side. A column file has the same bytes as the executable's. A case that --set changes outside
+&output needs its own file: give -o, or set another name if the namelist names no file.
 
 examples:
   python -m ldbench run inputs/ex1_aw.nml
@@ -26,7 +26,7 @@ from .options import LOG, add_jobs, add_json, add_output, add_set, print_json, s
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namelists", nargs="+", metavar="NAMELIST", help="namelist files")
     add_set(parser)
-    add_output(parser, "the column file of one case (as the namelist says, which a case that --set changes may not replace)")
+    add_output(parser, "the column file of one case (default: as the namelist says, unless --set changes the case)")
     add_json(parser)
     add_jobs(parser)
 

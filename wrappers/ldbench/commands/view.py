@@ -2,8 +2,8 @@
 
 The page is one HTML file with everything in it: wheels on rails with contact points and forces, contact patches at
 the peaks, charts of any columns over time or over each other, the values at the cursor, and the namelist of each
-run. Its button `keys` lists what keyboard and mouse do; its address holds what one sees. Charts are saved as SVG,
-PNG or CSV. Files beside the first one are drawn over it; --map says how another code's file names our columns, as
+run. The button `keys` lists what keyboard and mouse do; the address of the page holds the view. Charts are saved as SVG,
+PNG or CSV. Further files are drawn over the first one; --map says how another code's file names our columns, as
 for `compare`.
 Films and pictures show the whole wheelset and a close-up of each contact, of at most eight runs, with scales of force
 and length.

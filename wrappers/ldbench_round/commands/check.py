@@ -1,8 +1,8 @@
 """Check submissions to the benchmark: are they complete, and does physics agree with them?
 
-A folder holds the files of one code, of which the names say the simulation, as ex2_aw.csv or exercise3_simplified.txt; other
-files are told and left out. No reference is needed: kinematics, momentum and energy have to close, and the motion is that of the
-exercise. Files of other codes need no map of their columns: it is guessed from names and from agreement with a run of our own.
+A folder holds the files of one code. Their names say the simulation, such as ex2_aw.csv or exercise3_simplified.txt; other files
+are named and left out. No reference is needed: kinematics, momentum and energy have to close, and the motion has to be that of
+the exercise. Files of other codes need no map of their columns: the command guesses it from names and from a run of our own.
 A finding is passed, doubtful or failed; one failure makes the status 1.
 
 examples:
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("path", type=Path, metavar="FILE|FOLDER", help="a column file, or a folder of them")
     add_simulation(parser)
     parser.add_argument("--save-map", type=Path, metavar="TOML", help="write the map that was guessed for a file")
-    parser.add_argument("--show-map", action="store_true", help="print the map that was guessed, as it is where it is doubtful")
+    parser.add_argument("--show-map", action="store_true", help="print the guessed map, which is always printed if it is doubtful")
     parser.add_argument("--all", action="store_true", help="print what passed, too")
     add_map(parser)
     add_json(parser)

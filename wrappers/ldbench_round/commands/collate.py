@@ -1,11 +1,11 @@
 """Collate the submissions of a round: one table, one document and one page of all codes.
 
-The folder has a folder for each code, with its files, whose names say the simulation, as ex2_aw.csv, and a description
+The folder has a folder for each code: files whose names say the simulation, such as ex2_aw.csv, and a description
 submission.toml: code, version, authors, formulation, restitution, law, step, machine, processor_time, map (all optional).
-Without a map the columns are guessed, as `check` does. With --reference every file is scored and graded, as `score` does; a
-code that tells its restitution against our own run with rigid contacts, where the reference is elastic.
-Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. What was read of a code is kept in
-DIR/.ldbench, so that a late submission costs its own files alone. What could not be used is printed, a line each.
+Without a map the command guesses the columns, as `check` does. With --reference every file is scored and graded, as `score`
+does; a code that states its restitution is scored against our own run with rigid contacts if the reference is elastic.
+Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. DIR/.ldbench keeps what was read, so
+that a late submission costs its own files alone. A line is printed for each file that could not be used.
 
 examples:
   python -m ldbench collate codes

@@ -1,9 +1,9 @@
 """Tell from column files of other codes how these codes treat contact and time.
 
-A file tells whether contact is rigid or elastic, which power of the approach the normal force follows and how stiff it is
-against Hertz's law, which energy an impact loses, which step the integrator has and which pitch a table of contact over Y,
-each with its uncertainty, or why it does not tell. Only the file is used, and profiles of the benchmark for Hertz's law.
-Files of other codes need no map of their columns: it is guessed, as `check` does.
+The command finds whether contact is rigid or elastic, which power of the approach the normal force follows, how stiff it is
+against Hertz's law, which energy an impact loses, the step of the integrator, and the pitch of a table of contact over Y, each
+with its uncertainty, or the reason why the file does not tell it. It uses the file alone, and the benchmark's profiles for
+Hertz's law. Files of other codes need no map of their columns: the command guesses it, as `check` does.
 
 examples:
   python -m ldbench fingerprint outputs/ex2_aw.txt

@@ -1,10 +1,10 @@
 """Score column files against a reference, in numbers that survive impacts.
 
 Columns are compared pointwise only while both files have the same contacts closed, events are matched in order, and nothing
-counts beyond the horizon of the simulation. A grade is the smallest of 1e-3, 1e-2 and 0.1 that a relative difference is inside;
-each kind of quantity has that of its worst one. Beside it stand the share that was scored and the difference in units of what
-Hertz's law, and rigid contacts or Hertz's law, change in runs of our own. Without a map the columns of other codes are guessed,
-as `check` does. docs/organiser.md defines every number.
+is scored beyond the horizon of the simulation. A grade is the smallest of 1e-3, 1e-2 and 0.1 that is not below the relative
+difference; each kind of quantity has the grade of its worst one. Beside it stand the share that was scored, and the difference
+over the one that Hertz's law, or Hertz's law and rigid contacts, make in our own runs. Without a map the command guesses the
+columns of other codes, as `check` does. docs/organiser.md defines every number.
 
 examples:
   python -m ldbench score outputs/ex2_aw.txt --reference outputs
