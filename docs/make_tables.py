@@ -25,7 +25,7 @@ from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
 from ldbench_round.own_runs import yardsticks
-from quotes import TABLES as MEASURED_TABLES, measured, quoted, table
+from quotes import TABLES as MEASURED_TABLES, measured, quoted, run_table, table
 
 DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
@@ -254,7 +254,7 @@ def horizon_table() -> str:
 
 
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
-    "input.md": {"variables": variable_tables},
+    "input.md": {"ten runs": run_table, "variables": variable_tables},
     "output.md": {"columns": column_table, "results": result_table, "events": event_list},
     "commands.md": {"commands": command_table},
     "compare.md": {"units": unit_list},

@@ -84,6 +84,11 @@ def of_runs(runs: Iterable[RunData]) -> Values:
     values["drift_relative.ramp"] = max(row["drift_relative"] for row in rows.values() if row["exercise"] == 5)
     for run in runs:
         pair = run.name[-2:]
+        first = run.first_interval("LF")
+        values |= {f"first.{run.name}.t [ms]": 1e3*rows[run.name]["t_first_LF"], f"first.{run.name}.peak [kN]": 1e-3*first.peak,
+                   f"first.{run.name}.duration [ms]": 1e3*first.duration, f"first.{run.name}.impulse [N s]": first.impulse}
+        if run.exercise < 5:
+            values[f"t_return.{run.name} [ms]"] = 1e3*rows[run.name]["t_return"]
         if run.exercise == 1:
             for place, (rms, largest) in run.header.table_errors.items():
                 values[f"table.halfspace.{pair}.{place}.rms [%]"] = 100*rms
