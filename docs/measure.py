@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 import ldbench
-from ldbench import Case, ContactTable, view
+from ldbench import Case, ContactInterval, ContactTable, view
 from ldbench._core.files import complete
 from ldbench.report import formulations
 from ldbench.results.run_data import RunData, read_all
@@ -224,29 +224,31 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, list[float]]:
         table = ContactTable(Case.exercise(1, "aw").replace(table_file="", accuracy=accuracy))
         for exercise, found in peaks.items():
             case = Case.exercise(exercise, "aw").replace(table_file="", accuracy=accuracy)
-            found.append(first_peak(case, table.for_case(case)))
+            found.append(first_contact(case, table.for_case(case)).peak)
     return peaks
 
 
 def of_causes(exercises: Iterable[int]) -> Values:
-    """First peaks of the left flange force as shipped, and how causes of differences between codes move them (aw)."""
+    """The first contact of the left flange as shipped, and how causes of differences between codes change it (aw)."""
     shipped = {exercise: Case.exercise(exercise, "aw").replace(table_file="") for exercise in exercises}
     table = ContactTable(shipped[1].replace(table_file=str(OUTPUTS/"aw_halfspace.table")))
-    first = {exercise: first_peak(case, table.for_case(case)) for exercise, case in shipped.items()}
-    values = {f"first_peak.ex{exercise} [kN]": 1e-3*peak for exercise, peak in first.items()}
+    first = {exercise: first_contact(case, table.for_case(case)) for exercise, case in shipped.items()}
+    values = {f"first_peak.ex{exercise} [kN]": 1e-3*contact.peak for exercise, contact in first.items()}
     for name, (_, changes) in CAUSES.items():
         other = table
-        if not {"model", "youngs_modulus"}.isdisjoint(changes):        # a table depends on the law and the material alone
+        if not {"model", "influence", "youngs_modulus"}.isdisjoint(changes):   # a table depends on the law and the material alone
             other = ContactTable(shipped[1].replace(changes))
         for exercise, case in shipped.items():
             changed = case.replace({key: value*case.vY if key == "vY" else value for key, value in changes.items()})
-            values[f"cause.{name}.ex{exercise} [%]"] = 100*(first_peak(changed, other.for_case(changed))/first[exercise] - 1)
+            contact = first_contact(changed, other.for_case(changed))
+            for what in "peak", "duration", "impulse":
+                values[f"cause.{name}.{what}.ex{exercise} [%]"] = 100*(getattr(contact, what)/getattr(first[exercise], what) - 1)
     return values
 
 
-def first_peak(case: Case, table: ContactTable) -> float:
-    """The largest force in the rows of the first contact of the left flange [N]."""
-    return ldbench.run(case, table=table).first_interval("LF").peak
+def first_contact(case: Case, table: ContactTable) -> ContactInterval:
+    """The first contact of the left flange, by the rows."""
+    return ldbench.run(case, table=table).first_interval("LF")
 
 
 def of_times() -> Values:
