@@ -10,7 +10,6 @@ import os
 import re
 import shutil
 import subprocess
-import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, redirect_stdout
@@ -144,15 +143,6 @@ def refusal(text: str, folder: Path) -> str:
     after = contents(folder)
     assert after == before, f"files made or touched: {sorted(set(after.items()) ^ set(before.items()))}"
     return line
-
-
-def wait_for(file: Path, process: subprocess.Popen) -> None:
-    """Until a process has made a file."""
-    give_up = time.monotonic() + HANG
-    while not file.exists():
-        assert process.poll() is None, f"ended with {process.returncode} without {file}"
-        assert time.monotonic() < give_up, f"hangs without {file}"
-        time.sleep(0.01)
 
 
 def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:
