@@ -4,6 +4,7 @@ Every time the earlier result is whole, one line says what is the matter, and th
 """
 from __future__ import annotations
 
+import itertools
 import os
 import random
 import re
@@ -21,7 +22,7 @@ import pytest
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench.plots.series import PAGES
+from ldbench.plots.document import case_figures
 from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case
 
 KILLS = 6
@@ -272,6 +273,6 @@ def test_closed_and_full_streams(case, monkeypatch):
     # A name that is not UTF-8 is drawn with another letter, of which no line has to tell.
     odd = case/os.fsdecode(b"n\xe9.txt")
     odd.write_bytes(whole["columns.txt"])
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
+    monkeypatch.setattr("ldbench.plots.document.case_figures", lambda *given: itertools.islice(case_figures(*given), 1))
     monkeypatch.setattr(sys, "stderr", None)
     assert main(["plot", str(odd), "-o", str(case/"odd.pdf")]) == 0 and (case/"odd.pdf").stat().st_size > 1000

@@ -98,7 +98,7 @@ def make_place() -> None:
 
 
 @pytest.fixture
-def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def place(made: Path, undrawn: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of it, which is the working folder, and where the shipped cases are looked for."""
     folder = tmp_path/"place"
     shutil.copytree(made, folder, symlinks=True)
@@ -107,11 +107,10 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     # Tables and runs of these cases are not those of the shipped ones, which other tests ask for.
     monkeypatch.setattr("ldbench_round.own_runs._OWN", {})
     monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", hertz_table.__wrapped__)
-    # Numbers and pictures have tests of their own.
+    # Numbers and pages have tests of their own.
     monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", 20*FINE_PITCH)
     monkeypatch.setattr("ldbench.plots.document.case_figures", lambda *given: itertools.islice(case_figures(*given), 1))
     monkeypatch.setattr("ldbench.report.compare.comparison_figures", lambda *given: itertools.islice(comparison_figures(*given), 1))
-    monkeypatch.setattr("matplotlib.figure.Figure.draw", lambda *_: None)
     return folder
 
 
