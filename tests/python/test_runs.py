@@ -19,21 +19,20 @@ import pytest
 
 import ldbench
 from invented import COARSE
-from ldbench.case import Variable, shortest_name, variables
+from ldbench.case import variables
 from ldbench.profile import Profile
 from ldbench.results.header import Header, read_groups
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data
 from ldbench.runs import compute
-from running import REPO, Run, alike
+from running import Run, alike
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
     "elastic": {},
-    "force": {"lateral_ramp": 5e5, "model": "strip"},
-    "bilateral": {"formulation": "bilateral"},
+    "two sides": {"lateral_ramp": 5e5, "model": "strip", "wheel_profile_right": "profiles/swprof.yz",
+                  "rail_profile_right": "profiles/srprof.yz"},
     "unilateral": {"formulation": "unilateral", "restitution": 0.5},
-    "two sides": {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz"},
 }
 NINE_DIGITS = {"rtol": 5.1e-9, "atol": 1e-98, "equal_nan": True}
 
@@ -84,7 +83,7 @@ def test_memory_and_file_tell_the_same(both: tuple[ldbench.Run, ldbench.Run], tm
         assert memory.count(kind) == file.count(kind) is not None and alike(memory.first(kind), file.first(kind))
     assert memory.seconds > 0 and math.isnan(file.seconds)
     written = []
-    for k, run in enumerate((memory, file, copy.deepcopy(memory), copy.deepcopy(file))):
+    for k, run in enumerate((memory, file)):
         columns, geometry = tmp_path/f"{k}.txt", tmp_path/f"{k}_geometry.txt"
         assert run.write(columns, geometry) == str(columns)
         written.append((columns.read_bytes(), geometry.read_bytes()))
@@ -166,7 +165,7 @@ def test_a_damaged_file_of_ours_is_told(elastic: tuple[ldbench.Run, ldbench.Run]
 
 def test_runs_go_to_processes_and_come_back(elastic: tuple[ldbench.Run, ldbench.Run], tmp_path: Path):
     memory, file = elastic
-    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         there = list(pool.map(copy.copy, elastic))
         results = list(pool.map(operator.attrgetter("results"), elastic))
         written = list(pool.map(ldbench.Run.write, elastic, [tmp_path/"0.txt", tmp_path/"1.txt"]))
@@ -234,12 +233,12 @@ def missing(folder: Path) -> dict[str, Callable[[], object]]:
     }
 
 
-@pytest.mark.parametrize("name", missing(REPO/"build"))
-def test_a_file_that_is_not_there_is_not_found(name: str, tmp_path: Path):
-    with pytest.raises(FileNotFoundError) as error:
-        missing(tmp_path)[name]()
-    assert isinstance(error.value, ldbench.Error) and error.value.errno == errno.ENOENT
-    assert error.value.file == str(tmp_path/name)
+def test_a_file_that_is_not_there_is_not_found(tmp_path: Path):
+    for name, work in missing(tmp_path).items():
+        with pytest.raises(FileNotFoundError) as error:
+            work()
+        assert isinstance(error.value, ldbench.Error) and error.value.errno == errno.ENOENT
+        assert error.value.file == str(tmp_path/name)
 
 
 def test_a_case_describes_every_variable():
@@ -292,20 +291,6 @@ def test_bad_arguments_are_value_or_type_errors(elastic: tuple[ldbench.Run, ldbe
             assert type(pickle.loads(pickle.dumps(error.value))) is type(error.value)
     with pytest.raises(TypeError, match=r"found dict: Case\(values\) makes a case of a mapping of values"):
         ldbench.run({"vY": 0.3})
-
-
-def test_types_of_variables_are_those_of_the_core():
-    stub = (Path(ldbench.__file__).parent/"_core/case_types.pyi").read_text()
-    attributes = dict(re.findall(r"^    (\w+): Final\[(.*)\]$", stub, re.MULTILINE))
-
-    def kind(variable: Variable) -> str:
-        if variable.range.startswith("one of "):
-            return "Literal[" + ", ".join(f'"{word}"' for word in variable.range.split()[2:]) + "]"
-        return {"real": "float", "integer": "int", "text": "str"}[variable.kind]
-
-    expected = {name: kind(variable) for k, variable in enumerate(variables())
-                for name in (shortest_name(k), f"{variable.group}_{variable.name}")}
-    assert attributes == expected and set(re.findall(r"^    (\w+): (?!Final)", stub, re.MULTILINE)) == set(expected)
 
 
 def test_the_groups_of_a_header_are_those_that_f90nml_reads(shipped: dict[str, Run]):
