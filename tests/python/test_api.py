@@ -201,7 +201,7 @@ def test_changes_are_refused(change, place, expected, found):
     ids=["strip", "explicit", "ramp"])
 def test_file_and_summary_are_the_executables(case, tmp_path):
     reference = tmp_path/"executable.txt"
-    case = case.replace(output_file=reference, table_file=kept_tables()/f"{case.label}_{case.model}.table")
+    case = case.replace(output_file=reference, table_file=kept_tables()/f"{case.case_name}_{case.model}.table")
     case.to_namelist(tmp_path/"case.nml")
     done = subprocess.run([LDBENCH, tmp_path/"case.nml"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, done.stderr
