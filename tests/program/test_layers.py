@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from importlib.util import resolve_name
 from pathlib import Path
 
-import pytest
-
 import ldbench
 from running import REPO
 
@@ -30,19 +28,6 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
             elif re.match(r"^ *end (?:subroutine|function)", line):
                 name, first = stack.pop()
                 assert k - first < 120, (path, name)
-
-
-TOP = set(".ci .github .gitignore CHANGELOG.md CITATION.cff LICENSE Makefile README.md bootstrap docs fortran inputs meson.build "
-          "meson.options outputs profiles pyproject.toml requirements.txt tests wrappers".split())
-
-
-def test_the_repository_holds_what_belongs_there():
-    """No log of a build, no scratch file: a new file in the top folder has to be put into this list, too."""
-    if not (REPO/".git").exists():
-        pytest.skip("this is no clone of the repository")
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPO, capture_output=True, text=True, check=True).stdout.split("\0")
-    assert {name.partition("/")[0] for name in listed if name} <= TOP
-    assert [name for name in listed if name.endswith((".log", ".orig", ".rej", ".pyc", ".o", ".mod"))] == []
 
 
 PACKAGE = Path(ldbench.__file__).parent

@@ -164,27 +164,22 @@ def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
     assert title in run._repr_html_() and title in run.case._repr_html_() and run.to_xarray().title == run.case.title == title
 
 
-REAL, WHOLE, TEXT = "a number from ", "a whole number from ", "a text in quotes of at most 256 printable bytes"
+REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
 
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
-    ({"dt": -1}, "integrator dt", REAL, "-1.0"), ({"dt": float("nan")}, "integrator dt", REAL, "NaN"),
-    ({"dt": "fast"}, "integrator dt", REAL, "'fast'"), ({"dt": True}, "integrator dt", REAL, "True"),
-    ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"), ({"order": 3}, "integrator order", "2, 4 or 6", "3"),
+    ({"dt": float("nan")}, "integrator dt", REAL, "NaN"), ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
+    ({"dt": True}, "integrator dt", REAL, "True"), ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"),
     ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"), ({"title": 3}, "case title", TEXT, "3"),
-    ({"title": 300*"x"}, "case title", TEXT, f"'{300*'x'}'"), ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"),
-    ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"), ({"title": "a\0b"}, "case title", TEXT, "'a?b'"),
+    ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"), ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
-    ({"order": 2**32 + 4}, "integrator order", WHOLE, f"{2**32 + 4}"),
-    ({"order": 10**400}, "integrator order", WHOLE, f"{10**400}"), ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"),
-    ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
+    ({"order": 2**32 + 4}, "integrator order", "a whole number from ", f"{2**32 + 4}"),
+    ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"), ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
     ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous")])
 def test_changes_are_refused(change, place, expected, found):
-    """The constructor refuses what `replace` refuses."""
+    """The constructor refuses what `replace` refuses, unless the default step is shorter than that of the exercise."""
     case = ldbench.Case.exercise(1)
-    for make in case.replace, ldbench.Case:
-        if place == "output interval" and make is ldbench.Case:
-            continue            # the default step is shorter than that of the exercise
+    for make in (case.replace, ldbench.Case)[:1 if place == "output interval" else 2]:
         with pytest.raises(ldbench.Error) as error:
             make(**change)
         told = error.value
@@ -273,8 +268,7 @@ def test_a_load_beyond_the_table_is_refused():
 @pytest.mark.parametrize("n_roll", [9, 21, 45])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=20, n_roll=n_roll, n_depth=5, table_file="")
-    table = ldbench.ContactTable(case)
+    table = ldbench.ContactTable(coarse(1, "aw", n_lateral=20, n_roll=n_roll, n_depth=5))
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
 
@@ -316,12 +310,11 @@ def test_progress_of_a_run_grows_until_an_exception_stops_it(tmp_path):
 
 
 def test_an_exception_in_progress_stops_a_table(tmp_path):
-    """Half-spaces take it many seconds; should a machine have done with them, hours of integration follow."""
     def stop(stage: str, share: float) -> None:
         raise Enough
 
     with pytest.raises(Enough):
-        ldbench.run(endless(tmp_path, model="halfspace", table_file=tmp_path / "aw.table"), progress=stop)
+        ldbench.ContactTable(coarse(1, "aw", model="halfspace", table_file=tmp_path / "aw.table"), progress=stop)
     assert not list(tmp_path.iterdir())
 
 
@@ -410,29 +403,6 @@ def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
 
 # Column files
 
-FOREIGN = ("% my code\n% t ylat phi\n% s mm mrad\n0 1.5 -2\n\n1D-3 2.5 -4\n",
-           "made by X; version 3\nt;ylat;phi\ns;mm;mrad\n0;1.5;-2;\n1e-3;2.5;-4;\n",
-           "\ufeff t\tylat [mm]\tphi [mrad]\r\n0\t1,5\t-2\r\n0,001\t2,5\t-4\r\n")
-
-
-@pytest.mark.parametrize("content", FOREIGN, ids=["units in a comment", "line of units", "units in brackets, decimal commas"])
-def test_other_codes_columns(content, tmp_path):
-    """As they are, and by a map; stranger_files.py has more forms."""
-    path = tmp_path / "theirs.csv"
-    path.write_bytes(content.encode())
-    plain = ldbench.read_columns(path)
-    assert plain.attrs["units"] in ({"t": "s", "ylat": "m", "phi": "rad"}, {"t": "", "ylat": "m", "phi": "rad"})
-    np.testing.assert_allclose(plain, [[0, 1.5e-3, -2e-3], [1e-3, 2.5e-3, -4e-3]], rtol=1e-15)
-    ours = tmp_path / "map.toml"
-    ours.write_text('\ufefftime = "t"\nY = "ylat"\nroll = { column = "phi", factor = -1 }\n')
-    mapped = ldbench.read_columns(path, ours)
-    assert list(mapped) == ["time", "Y", "roll"]
-    np.testing.assert_allclose(mapped, [[0, 1.5e-3, 2e-3], [1e-3, 2.5e-3, 4e-3]], rtol=1e-15)
-    ours.write_text("Y = " + 5000*"[")
-    with pytest.raises(ldbench.Error, match=r"map.toml: expected TOML, found brackets within brackets beyond all use"):
-        ldbench.read_columns(path, ours)
-
-
 def test_column_map_sets_units_signs_and_datum(tmp_path):
     path = tmp_path / "theirs.txt"
     path.write_text("T Z PHI N V\n0.5 456.0 90 1.5 36\n1.0 458.0 -180 -2 72\n")
@@ -449,17 +419,16 @@ FACTS = "column, unit, factor, offset"
 
 @pytest.mark.parametrize(("content", "columns", "line", "expected", "found"), [
     ("", None, None, "rows of numbers", "none"), ("0 1\n1 2\n", None, None, "a line with the names of 2 columns", "none"),
-    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"), ("t Y\n0 1\n1 2 3\n", None, 3, "2 numbers", "'1 2 3'"),
-    ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"), ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
+    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"), ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"),
+    ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
     ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, 3, "3 numbers", "'1 2'"), ("t Y\n0 1x\n1 2\n", None, 2, "2 numbers", "'0 1x'"),
     ("t Y\n# s m\n0 1 1\n1 2\n", None, None, "a line with the names of 3 columns", "none"),
-    ("t;Y\ns;mm\n0,1;1..5\n0,2;2,5\n", None, 3, "2 numbers", "'0,1;1..5'"), ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
-    ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"),
+    ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"), ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
     ("t Y Y\n0 1 2\n", None, None, "one column Y", "2; a map may tell them apart by their numbers"),
     ("t Y\n0 1\n", {"Y": "ylat"}, None, "a column ylat", "t, Y"), ("t Y\n0 1\n", {"Y": 3}, None, "a column 3", "t, Y"),
     ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, None, "a unit among 1, -, s", "furlong"),
     *(("t Y\n0 1\n", {"Y": wrong}, None, FACTS, str(wrong)) for wrong in (
-        2.0, {"name": "Y"}, {"column": "Y", "unit": 1}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")}))])
+        2.0, {"name": "Y"}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")}))])
 def test_unreadable_columns_are_refused(content, columns, line, expected, found, tmp_path):
     (tmp_path / "a.txt").write_text(content)
     with pytest.raises(ldbench.Error) as error:
@@ -489,8 +458,6 @@ def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path,
     assert main(["run", namelist, "--set", "vY=0.9", "--set", f"output_file={tmp_path}/other.txt"]) == 0
     assert main(["run", namelist, *"--set=VY=0.6 --set=vY=0.5 --set=VY=0.7 -o".split(), f"{tmp_path}/last.txt"]) == 0
     assert [ldbench.read_run(tmp_path/f"{name}.txt").case.vY for name in ("columns", "other", "last")] == [1.0, 0.9, 0.7]
-    for case in read, read.replace(rows="interval"), read.replace(vY=0.9, output_file=tmp_path/"third.txt"):
-        assert ldbench.run(case).write() == case.output_file
 
 
 def test_variables_command(capsys):
