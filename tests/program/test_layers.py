@@ -67,7 +67,6 @@ def test_rooms_use_each_other_in_one_order():
 
 
 ROUND = PACKAGE.with_name("ldbench_round")
-DISPATCH = PACKAGE/"commands/__init__.py"
 ON_TOP = (REPO/"docs/python.md").read_text(encoding="utf-8").partition("## Packages on top of ldbench")[2]
 PUBLIC = {"ldbench", *re.findall(r"`(ldbench\.[a-z_.]+)`", ON_TOP)}
 
@@ -82,12 +81,9 @@ def test_a_round_uses_public_names_alone():
 
 
 def test_the_package_does_not_know_a_round():
-    """Neither by an import nor by a name in a text, besides the dispatch of commands."""
-    knowing = {path for path in PACKAGE.rglob("*.py") if any(
-        (isinstance(node, ast.Constant) and isinstance(node.value, str) and "ldbench_round" in node.value)
-        or (isinstance(node, ast.Import | ast.ImportFrom) and "ldbench_round" in ast.unparse(node))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))))}
-    assert knowing == {DISPATCH}
+    """Neither by an import nor by a name in a text, besides the dispatch of commands; comments may."""
+    knowing = {path for path in PACKAGE.rglob("*.py") if "ldbench_round" in re.sub(r"#.*", "", path.read_text(encoding="utf-8"))}
+    assert knowing == {PACKAGE/"commands/__init__.py"}
 
 
 def test_the_package_is_imported_without_what_only_some_need():

@@ -8,9 +8,8 @@ import sqlite3
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections import Counter
 from contextlib import closing
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -42,9 +41,9 @@ def table() -> ldbench.ContactTable:
 
 
 @pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> dict[str, int]:
+def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """Counts runs and tables built."""
-    counts, lock = {"runs": 0, "tables": 0}, threading.Lock()
+    counts, lock = Counter(), threading.Lock()
 
     def counting(name: str, work):
         def counted_work(*arguments):
@@ -97,10 +96,9 @@ def test_failures_are_recorded(table, tmp_path):
     assert found.peak_N_LF.values[1, 0] > 1e6
 
 
-def test_a_table_that_cannot_be_built_fails_its_members(tmp_path, table):
+def test_a_table_that_cannot_be_built_fails_its_members(table):
     found = ldbench.ensemble(short(), {"wheel_profile": ["profiles/awprof.yz", "none.yz"], "mass": MASSES}, tables=[table])
-    assert (found.error.sel(wheel_profile="profiles/awprof.yz") == "").all()
-    assert all("none.yz" in error for error in found.error.sel(wheel_profile="none.yz").values)
+    assert (found.error[0] == "").all() and all("none.yz" in error for error in found.error[1].values)
 
 
 def test_rows_are_thinned_or_padded(table):
@@ -113,7 +111,6 @@ def test_rows_are_thinned_or_padded(table):
 
 @pytest.mark.parametrize(("arguments", "expected", "found"), [
     ({"over": {"mas": [1]}}, "a namelist variable", "mas; mass is the nearest"),
-    ({"over": {"vY": [1.0], "initial_vY": [2.0]}}, "every variable once", "vY and initial_vY"),
     ({"over": {"vY": (0, 1), "VY": (0, 2)}, "n": 3}, "every variable once", "vY and VY"),
     ({"over": {"mass": []}}, "at least one value", "none"),
     ({"over": {"mass": [1, 2, 3]}, "n": 4}, "a range (low, high) of mass", "[1, 2, 3]"),
@@ -123,9 +120,7 @@ def test_rows_are_thinned_or_padded(table):
     ({"over": {"mass": [1500]}, "columns": ["speed"]}, "columns among time, X", "speed"),
     ({"over": {"mass": [1500]}, "rows": 1}, "rows of at least 2", "1"),
     ({"over": {"mass": [1500]}, "threads": 0}, "at least one thread", "0"),
-    ({"over": {"mass": [1500]}, "threads": -1}, "at least one thread", "-1"),
-    ({"over": {"mass": [1500]}, "scheduler": "tcp://127.0.0.1:9"}, "a Dask scheduler", "none"),
-])
+    ({"over": {"mass": [1500]}, "scheduler": "tcp://127.0.0.1:9"}, "a Dask scheduler", "none")])
 def test_refusals(arguments, expected, found, monkeypatch):
     if "scheduler" in arguments:
         pytest.importorskip("distributed")
@@ -269,35 +264,26 @@ def test_a_store_is_not_written_over_something_else(tmp_path):
     assert not (tmp_path/".ldbench").exists()
 
 
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    pytest.importorskip("distributed")
-    cluster = Cluster(tmp_path, 2)
-    yield cluster
-    cluster.stop()
-
-
-def test_a_worker_dies_and_nothing_is_lost(cluster, tmp_path, table, counted):
+def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted):
     """The other one goes on; the results are those of this process's threads."""
+    pytest.importorskip("distributed")
     over = {"vY": [0.9, 1.0], "mass": np.linspace(1000, 2000, 12).tolist() + [-1.0]}
-    case = short(table_file=kept_tables()/"short.table")
-    done = []
+    case, store = short(table_file=kept_tables()/"short.table"), tmp_path/"sweep.zarr"
+    cluster, done = Cluster(tmp_path, 2), []
 
     def kill(stage: str, share: float) -> None:
         done.append(share)
         if len(done) == 4:
             cluster.processes[1].kill()
 
-    found = ldbench.ensemble(case, over, columns=["Y"], scheduler=cluster.address, store=tmp_path/"sweep.zarr", progress=kill)
-    assert cluster.processes[1].wait(HANG) == -signal.SIGKILL and done[-1] == 1
-    assert counted == {"runs": 0, "tables": 0}
-    assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))
-    with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
-        assert stored.load().identical(found)
+    try:
+        found = ldbench.ensemble(case, over, columns=["Y"], scheduler=cluster.address, store=store, progress=kill)
+        assert cluster.processes[1].wait(HANG) == -signal.SIGKILL and done[-1] == 1 and not counted
+    finally:
+        cluster.stop()
     # Restarted without the cluster: nothing is left to do.
-    runs = counted["runs"]
-    assert ldbench.ensemble(case, over, columns=["Y"], store=tmp_path/"sweep.zarr").identical(found)
-    assert counted["runs"] == runs
+    assert ldbench.ensemble(case, over, columns=["Y"], store=store).identical(found) and not counted
+    assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))
 
 
 def test_command(tmp_path, capsys):
