@@ -94,33 +94,16 @@ def message_for(wheel: bytes | None, folder: Path) -> str:
     return message
 
 
-BROKEN_LINES = {
-    "a word": "12.5 high",
-    "a misspelt number": "12.5 -3.2S",
-    "one number": "12.5",
-    "NaN": "NaN -3.25",
-    "Inf": "12.5 Inf",
-    "overflow": "12.5 1e999",
-    "empty exponent": "12.5 1e",
-    "a sign inside": "12-5 -3.25",
-    "hexadecimal": "0x0C -3.25",
-    "kilometres": "12.5 1e7",
-    "control character": "12.5\x01 -3.25",
-    "not ASCII": "12.5 −3.25",
-    "three numbers": "12.5 -3.25 0.0",
-    "a comment behind": "12.5 -3.25 # good",
-    "a comma": "12.5,-3.25",
-    "decimal commas": "12,5 -3,25",
-    "MiniProf": "ProgramName=MiniProf",
-}
+BROKEN_LINES = ["12.5 high", "12.5 -3.2S", "12.5", "NaN -3.25", "12.5 Inf", "12.5 1e999", "12.5 1e", "12-5 -3.25", "0x0C -3.25",
+                "12.5 1e7", "12.5\x01 -3.25", "12.5 −3.25", "12.5 -3.25 0.0", "12.5 -3.25 # good", "12.5,-3.25", "12,5 -3,25",
+                "ProgramName=MiniProf"]
 
 
-@pytest.mark.parametrize(("broken", "place"), [*((broken, "middle") for broken in BROKEN_LINES), ("a word", "first"),
-                                               ("one number", "last")])
-def test_broken_line_is_refused_with_its_number(broken, place, tmp_path):
-    wrong = BROKEN_LINES[broken]
+@pytest.mark.parametrize(("wrong", "number"), [*((wrong, 307) for wrong in BROKEN_LINES), ("12.5 high", 3), ("12.5", None)])
+def test_broken_line_is_refused_with_its_number(wrong, number, tmp_path):
+    """In the middle, as the first and as the last line."""
     lines = ["# a wheel", "", *plain(WHEEL).splitlines()]
-    number = {"first": 3, "middle": 307, "last": len(lines) + 1}[place]
+    number = number or len(lines) + 1
     lines.insert(number - 1, wrong)
     message = message_for("\n".join(lines).encode(), tmp_path)
     shown = wrong if wrong.isprintable() else "12.5? -3.25"
