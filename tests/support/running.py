@@ -4,7 +4,6 @@ from __future__ import annotations
 import fcntl
 import functools
 import hashlib
-import io
 import math
 import os
 import re
@@ -12,7 +11,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 if TYPE_CHECKING:
-    from ldbench import Error
+    pass
 
 REPO = Path(__file__).resolve().parents[2]
 LDBENCH = Path(os.environ.get("LDBENCH", REPO / "ldbench")).resolve()
@@ -93,23 +92,6 @@ def short_case(folder: Path, **changes: dict[str, object]) -> str:
     for group, variables in changes.items():
         groups[group] = groups.get(group, {}) | variables
     return namelist(**groups)
-
-
-def command_error(*words: object) -> Error:
-    """The Error that a command of the package refuses its words with, in this process; nothing comes on standard output."""
-    from ldbench import Error  # programs that only start the executable need no package
-    from ldbench.__main__ import make_parser
-    from ldbench.commands import module_of
-
-    said = io.StringIO()
-    try:
-        with redirect_stdout(said):
-            args = make_parser([str(words[0])]).parse_args([str(word) for word in words])
-            module_of(args.command).main(args)
-    except Error as error:
-        assert said.getvalue() == ""
-        return error
-    raise AssertionError(f"{words}: expected an Error, found {said.getvalue()!r}")
 
 
 def alike(one: object, other: object, rel: float = 0.0) -> bool:
