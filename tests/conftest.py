@@ -21,6 +21,7 @@ from running import (
     PAIRS,
     Run,
     for_all_cases,
+    keep,
     kept_tables,
     once,
     read_shipped,
@@ -167,9 +168,7 @@ def shipped(common: Path) -> dict[str, Run]:
                     shutil.copyfile(kept, here)
             for_all_cases(lambda case: run_shipped(case, folder))
             for here, kept in tables:
-                if not kept.exists():
-                    shutil.copyfile(here, kept.with_suffix(".part"))
-                    kept.with_suffix(".part").replace(kept)
+                keep(here, kept)
     return {case: read_shipped(case, folder) for case in CASES}
 
 

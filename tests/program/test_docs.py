@@ -11,7 +11,7 @@ import ldbench
 import make_tables
 from measure import of_runs
 from probes import table_file
-from running import CASES, REPO, kept_tables, once
+from running import CASES, REPO, keep, kept_tables, once
 
 RUN = [page for page in documents.PAGES if documents.blocks(page)]
 
@@ -40,8 +40,8 @@ def test_commands_print_what_the_page_shows(page, prepared, tmp_path, undrawn):
     for shown in documents.run_page(page, prepared, tmp_path/"page"):
         assert shown.status == 0, f"{shown.command}\n{shown.found}"
         assert shown.fits, f"{shown.command}\nshown:\n{shown.expected}\nprinted:\n{shown.found}"
-    if there.exists() and not kept.exists():
-        shutil.copy(there, kept)
+    if there.exists():
+        keep(there, kept)
 
 
 def test_links_lead_to_files():

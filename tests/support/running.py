@@ -76,6 +76,14 @@ def kept_tables() -> Path:
     return folder
 
 
+def keep(table: Path, kept: Path) -> None:
+    """Copy a contact table into the folder of kept ones in one step, unless it is there."""
+    if not kept.exists():
+        part = kept.with_suffix(f".part{os.getpid()}")
+        shutil.copyfile(table, part)
+        part.replace(kept)
+
+
 def short_case(folder: Path, **changes: dict[str, object]) -> str:
     """A case of 2 ms with a coarse contact table, of the law whose tables are built in the least time, that writes
     folder/columns.txt. The table is kept unless the changes need another one."""
