@@ -284,7 +284,7 @@ validate:
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(STUDY) tests/bench $(if $(FULL),--full)
+	$(STUDY) tests/bench
 	$(STUDY) tests/support/view_speed.py
 
 # Tools that no part of ldbench imports have a separate virtual environment.
@@ -363,7 +363,6 @@ help:
 	@echo 'make fuzz       N=100000 mutated inputs from seed SEED=0 on'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
-	@echo '                FULL=1: all cases, methods and members'
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
 	@echo 'make install    the executable, inputs and profiles, below PREFIX=/usr/local; packages are made with DESTDIR=...'

@@ -8,8 +8,7 @@ import logging
 import os
 import shutil
 import signal
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,9 +19,10 @@ from running import (
     FORTRAN_TESTS,
     LDBENCH,
     PAIRS,
-    REPO,
     Run,
     for_all_cases,
+    keep,
+    kept_tables,
     once,
     read_shipped,
     run_shipped,
@@ -64,22 +64,28 @@ def pytest_collection_finish() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def tables_in_memory() -> Iterator[None]:
-    """Contact tables that go to no file stay in memory: hundreds of tests run cases whose tables are the same. A test of the
-    building of a table names a file."""
+def tables_are_kept() -> Iterator[None]:
+    """Contact tables that go to no file are kept, in memory and for later tests: hundreds of tests run cases whose tables are
+    the same. A test of the building of a table names a file."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
     from ldbench.ensembles.members import table_keys
 
-    make, kept = ContactTable._make, {}
+    make, known = ContactTable._make, {}
 
     def remembered(table: ContactTable, case: Case, progress: object) -> None:
-        key = table_keys()(case)
-        if case.table_file or key not in kept:
+        if case.table_file or case.formulation != "elastic":
             make(table, case, progress)
-            if not case.table_file:
-                kept[key] = table
             return
-        table._own(case, kept[key].for_case(case)._handle)
+        key = table_keys()(case)
+        if key not in known:
+            file = kept_tables()/f"{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.table"
+            known[key] = object.__new__(ContactTable)
+            try:
+                make(known[key], case.replace(table_file=file), progress)
+            except BaseException:
+                del known[key]
+                raise
+        table._own(case, known[key].for_case(case)._handle)
         logging.getLogger("ldbench.table").info("%s: %r", case.label, table)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -88,15 +94,10 @@ def tables_in_memory() -> Iterator[None]:
 
 
 @pytest.fixture
-def terminal() -> Iterator[tuple[int, int]]:
-    """Descriptors of a terminal's two ends, ours and the program's; skips where the system has none."""
-    pty = pytest.importorskip("pty", reason="this system has no terminals")
-    try:
-        ours, theirs = pty.openpty()
-    except OSError as error:
-        pytest.skip(f"this system gives no terminal: {error}")
-    with open(ours, "rb", buffering=0), open(theirs, "rb", buffering=0):
-        yield ours, theirs
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made and stay empty in files: tests of pictures draw them."""
+    monkeypatch.setattr("matplotlib.figure.Figure.draw", lambda *_: None)
+    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
 
 
 @pytest.fixture(scope="session")
@@ -106,54 +107,29 @@ def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
 
 
-@contextmanager
-def kept_tables(files: Iterable[Path]) -> Iterator[None]:
-    """Contact tables that the block builds, unless earlier tests of the very same program left them in build/tables.
+@functools.cache
+def tables_of(model: str, **points: int) -> dict[str, Path]:
+    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs unless points are given."""
+    from ldbench import Case, ContactTable  # programs that only start the executable need no package
 
-    A table is a function of its case and of the program, to the last byte, so the first tests of a program build it and later
-    ones read it. The core looks at the file as at any other and builds a table that does not fit.
-    """
-    program = hashlib.sha256(LDBENCH.read_bytes()).hexdigest()[:16]
-    folder = REPO / "build/tables" / f"{LDBENCH.name}-{program}"
-    for file in files:
-        if (folder / file.name).exists():
-            shutil.copyfile(folder / file.name, file)
-    yield
-    for outdated in folder.parent.glob(f"{LDBENCH.name}-{'[0-9a-f]'*16}"):
-        if outdated != folder:
-            shutil.rmtree(outdated, ignore_errors=True)
-    folder.mkdir(parents=True, exist_ok=True)
-    for file in files:
-        if not (folder / file.name).exists():
-            part = folder / f"{file.name}.part{os.getpid()}"
-            shutil.copyfile(file, part)
-            part.replace(folder / file.name)
-
-
-def tables_of(model: str, folder: Path, **points: int) -> dict[str, Path]:
-    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs unless points are given,
-    made in a folder."""
-    files = {pair: folder / f"{pair}_{model}.table" for pair in PAIRS}
-    with once(folder) as first:
-        if first:
-            from ldbench import Case, ContactTable  # programs that only start the executable need no package
-
-            with kept_tables(files.values()):
-                for pair, file in files.items():
-                    ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
+    files = {pair: kept_tables()/f"{pair}_{model}{'_fine' if points else ''}.table" for pair in PAIRS}
+    for pair, file in files.items():
+        with once(file.with_suffix("")) as first:
+            if first:
+                ContactTable.quiet(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
     return files
 
 
 @pytest.fixture(scope="session")
-def strip_tables(common: Path) -> dict[str, Path]:
+def strip_tables() -> dict[str, Path]:
     """Files of the strips' contact tables of both pairs of profiles."""
-    return tables_of("strip", common / "strips")
+    return tables_of("strip")
 
 
 @pytest.fixture(scope="session")
-def hertz_tables(common: Path) -> dict[str, Path]:
+def hertz_tables() -> dict[str, Path]:
     """Files of the contact tables of Hertz's law of both pairs of profiles."""
-    return tables_of("hertz", common / "hertz")
+    return tables_of("hertz")
 
 
 @pytest.fixture(scope="session")
@@ -165,31 +141,34 @@ def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
         Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
 
 
-@pytest.fixture(scope="session")
-def fine_hertz(common: Path) -> Callable[[str], ContactTable]:
-    """The contact tables of Hertz's law that fingerprints build, by the pair of profiles, each read once."""
+@functools.cache
+def fine_hertz(pair: str) -> ContactTable:
+    """The contact table of Hertz's law that fingerprints build for a pair of profiles."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
     from ldbench_round.fingerprint import FINE
 
-    files = tables_of("hertz", common / "fine_hertz", **FINE)
-    return functools.cache(lambda pair: ContactTable.quiet(
-        Case.exercise(2, pair).replace(model="hertz", table_file=files[pair], **FINE)))
+    return ContactTable.quiet(Case.exercise(2, pair).replace(model="hertz", table_file=tables_of("hertz", **FINE)[pair], **FINE))
 
 
 @pytest.fixture
-def known_hertz(fine_hertz: Callable[[str], ContactTable], monkeypatch: pytest.MonkeyPatch) -> None:
+def known_hertz(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fingerprints do not build the tables of Hertz's law."""
     monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", fine_hertz)
 
 
 @pytest.fixture(scope="session")
 def shipped(common: Path) -> dict[str, Run]:
-    """The ten shipped inputs, each run once."""
-    folder = common / "shipped"
+    """The ten shipped inputs, each run once, by the executable, which also builds their tables unless these are kept."""
+    folder = common/"shipped"
     with once(folder) as first:
         if first:
-            with kept_tables([folder / f"{pair}_halfspace.table" for pair in PAIRS]):
-                for_all_cases(lambda case: run_shipped(case, folder))
+            tables = [(folder/name, kept_tables()/name) for name in (f"{pair}_halfspace.table" for pair in PAIRS)]
+            for here, kept in tables:
+                if kept.exists():
+                    shutil.copyfile(kept, here)
+            for_all_cases(lambda case: run_shipped(case, folder))
+            for here, kept in tables:
+                keep(here, kept)
     return {case: read_shipped(case, folder) for case in CASES}
 
 

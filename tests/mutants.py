@@ -81,17 +81,12 @@ def noticed(fault: Fault) -> str:
     return failed[0] if failed else ""
 
 
-def chosen(word: str, k: int, fault: Fault) -> bool:
-    """Whether a word of the command line means this fault."""
-    first, _, last = word.partition("-")
-    if first.isdecimal():
-        return int(first) <= k <= int(last or first)
-    return word in f"{fault.file} {fault.old}"
-
-
 def main() -> int:
     words = sys.argv[1:]
-    faults = {k: fault for k, fault in enumerate(read_faults(), 1) if not words or any(chosen(word, k, fault) for word in words)}
+    ranges = [(int(first), int(last or first)) for first, _, last in (word.partition("-") for word in words) if first.isdecimal()]
+    faults = {k: fault for k, fault in enumerate(read_faults(), 1) if not words or any(
+        first <= k <= last for first, last in ranges) or any(
+            word in f"{fault.file} {fault.old}" for word in words if not word[0].isdecimal())}
     copy()
     begun, survivors = time.monotonic(), 0
     one = next(iter(faults.values()))

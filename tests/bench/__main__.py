@@ -1,6 +1,6 @@
 """What a run costs, against others and against the floor: `make bench`.
 
-usage: PYTHONPATH=tests/support:profiles python tests/bench [--full] [--only SECTION ...]
+usage: PYTHONPATH=tests/support:profiles python tests/bench [--only SECTION ...]
 
 Writes outputs/bench.csv, one line per figure with median and quartiles, and ldbench_bench.pdf, whose first page has the five
 figures that a reader needs. Nothing here fails because a machine is slow.
@@ -28,7 +28,7 @@ def summary(sections: Mapping[str, Section]) -> Section:
     memory = found("cases", lambda m: m.quantity == "peak memory")
     return Section("What ldbench costs", """Median (quartiles) of the rounds: the cases by the executable, one after the other;
 the largest peak memory of one of them; an evaluation of all contact forces; the best of the other integrators over ours at equal
-error, compiled, least and largest of the cases; a sweep by two processes, or threads, over one. A ratio above 1 is in favour of
+error, compiled, least and largest of the cases; a sweep by two threads over one. A ratio above 1 is in favour of
 ldbench. Every figure is on the pages that follow, with what it was measured by. What was not measured this time is left out.""", [
         *found("cases", lambda m: m.case == "all cases"), *sorted(memory, key=lambda m: -m.median)[:1],
         *found("evaluation", lambda m: (m.subject, m.quantity) == ("force", "time of an evaluation"))[-1:],
@@ -37,9 +37,9 @@ ldbench. Every figure is on the pages that follow, with what it was measured by.
 
 
 def main() -> int:
-    args = arguments("make bench", __doc__, SECTIONS, full="all cases, methods, models and members: 15 minutes instead of 6")
-    sections = run_sections(args.only, lambda module: module.section(args.full),
-                            lambda section: (m.line() for m in section.measures if m.headline))
+    args = arguments("make bench", __doc__, SECTIONS)
+    sections = run_sections(args.only, lambda module: module.section(), lambda section: (
+        m.line() for m in section.measures if m.headline))
     first = summary(sections)
     print(*(m.line() for m in first.measures), sep="\n")
     document, table = OUTPUTS/"ldbench_bench.pdf", OUTPUTS/"bench.csv"

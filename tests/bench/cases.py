@@ -11,9 +11,10 @@ import numpy as np
 
 from ldbench import Case, ContactTable
 from measure import Section, absolute, measure, ratio
-from running import CASES, LDBENCH, REPO
+from running import CASES, LDBENCH, PAIRS, REPO
 
-MODELS = "strip", "hertz", "halfspace"      # the first is what the others' tables are compared with
+MODELS = "strip", "halfspace"      # the first is what the other's tables are compared with
+ROUNDS = 3
 THREADS = 1, 2
 
 TEXT = """Every shipped input by the executable, as a child process, its contact table there in a file: wall and
@@ -55,35 +56,31 @@ def child(case: str, folder: Path) -> tuple[float, float, float]:
     return resources([str(LDBENCH), str(namelist)], folder)
 
 
-def case_measures(out: Section, names: list[str], rounds: int) -> None:
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for pair in sorted({case[-2:] for case in names}):
-            table = Path(ContactTable(Case.exercise(1, pair)).case.table_path())
-            shutil.copy(table, folder)
-        found = np.array([[child(case, folder) for case in names] for _ in range(rounds)])
-    for case, samples in zip(names, found.transpose(1, 2, 0), strict=True):
+def case_measures(out: Section, folder: Path) -> None:
+    for pair in PAIRS:
+        shutil.copy(ContactTable(Case.exercise(1, pair)).case.table_path(), folder)
+    found = np.array([[child(case, folder) for case in CASES] for _ in range(ROUNDS)])
+    for case, samples in zip(CASES, found.transpose(1, 2, 0), strict=True):
         out.measures += [measure(case, "executable", quantity, unit, values) for (quantity, unit), values in zip(
             (("wall time", "s"), ("processor time", "s"), ("peak memory", "MB")), samples, strict=True)]
     out.measures.append(measure("all cases", "executable", "wall time", "s", found.sum(axis=1)[:, 0],
-                                f"{len(names)} cases, one after the other", True))
+                                f"{len(CASES)} cases, one after the other", True))
 
 
-def table_measures(out: Section, pairs: tuple[str, ...], models: tuple[str, ...], rounds: int) -> None:
+def table_measures(out: Section, folder: Path) -> None:
     """A run of one step whose table is not in a file; threads and models take turns."""
-    kinds = [(model, threads) for model in models for threads in THREADS]
-    with tempfile.TemporaryDirectory() as folder:
-        for pair in pairs:
-            case = absolute(Case.exercise(1, pair)).replace(
-                table_file="", dt=1e-4, interval=1e-4, t_end=1e-4, stop_at="t_end", output_file=f"{folder}/columns.txt")
-            found = np.array([[built(case.replace(contact_model=model), threads, Path(folder))
-                               for model, threads in kinds] for _ in range(rounds)])
-            for (model, threads), seconds in zip(kinds, found.transpose(1, 2, 0), strict=True):
-                subject = f"table, {model}, {threads} thread{'s'*(threads > 1)}"
-                out.measures += [measure(pair, subject, f"{what} time of building", "s", x, headline=True)
-                                 for what, x in zip(("wall", "processor"), seconds, strict=True)]
-                out.measures.append(ratio(pair, subject, "wall time over the strip table's", seconds[0],
-                                          found[:, THREADS.index(threads), 0], headline=False))
+    kinds = [(model, threads) for model in MODELS for threads in THREADS]
+    for pair in PAIRS:
+        case = absolute(Case.exercise(1, pair)).replace(
+            table_file="", dt=1e-4, interval=1e-4, t_end=1e-4, stop_at="t_end", output_file=folder/"columns.txt")
+        found = np.array([[built(case.replace(contact_model=model), threads, folder) for model, threads in kinds]
+                          for _ in range(ROUNDS)])
+        for (model, threads), seconds in zip(kinds, found.transpose(1, 2, 0), strict=True):
+            subject = f"table, {model}, {threads} thread{'s'*(threads > 1)}"
+            out.measures += [measure(pair, subject, f"{what} time of building", "s", x, headline=True)
+                             for what, x in zip(("wall", "processor"), seconds, strict=True)]
+            out.measures.append(ratio(pair, subject, "wall time over the strip table's", seconds[0],
+                                      found[:, THREADS.index(threads), 0], headline=False))
 
 
 def built(case: Case, threads: int, folder: Path) -> tuple[float, float]:
@@ -92,9 +89,9 @@ def built(case: Case, threads: int, folder: Path) -> tuple[float, float]:
     return resources(["env", f"OMP_NUM_THREADS={threads}", str(LDBENCH), str(folder/"case.nml")], folder)[:2]
 
 
-def section(full: bool) -> Section:
+def section() -> Section:
     out = Section("The cases as they are run", TEXT)
-    rounds = 3
-    case_measures(out, CASES, rounds)
-    table_measures(out, ("aw", "sw"), MODELS if full else MODELS[::2], rounds if full else 2)
+    with tempfile.TemporaryDirectory() as folder:
+        case_measures(out, Path(folder))
+        table_measures(out, Path(folder))
     return out

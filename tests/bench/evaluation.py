@@ -17,8 +17,8 @@ LEAST = 0.2                     # of a round, which repeats an evaluation until 
 PRESSED = 40                    # poses of half-spaces
 
 TEXT = """One evaluation gives force, or tangent stiffness, of all four contacts at a pose. Poses: the rows of the run. force,
-tangent: the core's look-up in the table, all poses in one call from Python; the explicit step needs the force alone. one by one: a
-call for each pose. half-space: force and energy of half-spaces on 24 x 48 elements per patch, to 1e-6, which the table replaces."""
+tangent: the core's look-up in the table, all poses in one call from Python; the explicit step needs the force alone. half-space:
+force and energy of half-spaces on 24 x 48 elements per patch, to 1e-6, which the table replaces."""
 
 
 def seconds_per_pose(work: Callable[[], int]) -> float:
@@ -29,7 +29,7 @@ def seconds_per_pose(work: Callable[[], int]) -> float:
     return (time.process_time() - begin)/count
 
 
-def section(full: bool) -> Section:
+def section() -> Section:
     out = Section("Cost of an evaluation", TEXT)
     table = None
     for exercise in EXERCISES:
@@ -38,23 +38,12 @@ def section(full: bool) -> Section:
         table, handle = run.table, run.table._handle
         q = run.data[["Y", "Z", "roll"]].to_numpy() + [0, run.table.equilibrium, 0]
         arrays, few = [np.ascontiguousarray(x) for x in q.T], q[np.linspace(0, len(q) - 1, PRESSED).astype(int)]
-
-        def one_by_one(q: np.ndarray = q, handle: object = handle) -> int:
-            for y, z, roll in q.tolist():
-                flat.contact_values(handle, 0, 3, y, z, roll)
-            return len(q)
-
-        def pressed(few: np.ndarray = few, handle: object = handle) -> int:
-            for pose in few:
-                for side in 1, 2:
-                    flat.pressures(handle, side, pose, 12, 48, MOST_PATCHES)
-            return len(few)
-
         kinds: dict[str, Callable[[], int]] = {
             "force": lambda arrays=arrays, handle=handle: len(flat.contact_values(handle, 0, 3, *arrays)[1]),
             "tangent": lambda arrays=arrays, handle=handle: len(flat.contact_values(handle, 0, 6, *arrays)[1]),
-            "force, one by one": one_by_one, "half-space": pressed}
-        times = np.array([[seconds_per_pose(work) for work in kinds.values()] for _ in range(7 if full else 3)]).T
+            "half-space": lambda few=few, handle=handle: len([
+                flat.pressures(handle, side, pose, 12, 48, MOST_PATCHES) for pose in few for side in (1, 2)])//2}
+        times = np.array([[seconds_per_pose(work) for work in kinds.values()] for _ in range(3)]).T
         for kind, seconds in zip(kinds, times, strict=True):
             out.measures += [measure(case.case_name, kind, "time of an evaluation", "s", seconds),
                              ratio(case.case_name, kind, "time over the force's", seconds, times[0])]

@@ -6,6 +6,7 @@
 !>
 !> The Fortran modules are those of SUNDIALS 6.4, which Debian 12 has; SPRKStep, its symplectic methods, came with 6.6.
 module by_sundials
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding
   use farkode_erkstep_mod
   use farkode_mod
@@ -21,7 +22,7 @@ module by_sundials
   use wheelset, only: contact_state, contacts, external_force
   implicit none
   private
-  public :: problem_type, peer_type, new_peer, evolve, free_peer
+  public :: problem_type, solve
 
   !> x = (y, z, roll) from equilibrium and their rates.
   type :: problem_type
@@ -30,42 +31,36 @@ module by_sundials
     integer :: evaluations = 0
   end type problem_type
 
-  !> An integrator that was started.
-  type :: peer_type
-    real(dp) :: x(6) = 0               !! where it is
-    logical :: explicit = .false.      !! of ARKODE
-    real(dp) :: scale(6) = 0           !! absolute tolerances
-    type(c_ptr) :: context = c_null_ptr, memory = c_null_ptr
-    type(N_Vector), pointer :: state => null(), scales => null()
-    type(SUNNonlinearSolver), pointer :: fixed_point => null()
-  end type peer_type
-
 contains
 
-  !> Start `method` at x: 'adams' of CVODE with fixed-point iteration, or 'erk 4' to 'erk 8' of ARKODE.
-  subroutine new_peer(problem, method, tolerance, x, t_end, peer)
+  !> Solve from x on by `method`: 'adams' of CVODE with fixed-point iteration, or 'erk 4' to 'erk 8' of ARKODE.
+  subroutine solve(problem, method, tolerance, t_end, x, seconds)
     type(problem_type), intent(inout), target :: problem
     character(*), intent(in) :: method
     real(dp), intent(in) :: tolerance      !! relative to 1 cm, 10 mrad, 1 m/s, 1 rad/s, and to x
-    real(dp), intent(in) :: x(6)
     real(dp), intent(in) :: t_end          !! [s]
-    type(peer_type), intent(out), target :: peer
+    real(dp), intent(inout), target :: x(6)     !! at the start, then at the end; NaN if it was not reached
+    real(dp), intent(out) :: seconds       !! processor time of the integration alone
     integer(c_long), parameter :: many = 100000000
     integer(c_int64_t), parameter :: n = 6
-    integer(c_int) :: status(8)
+    real(dp), target :: scale(6)           ! absolute tolerances
+    real(dp) :: reached(1), from, to
+    type(c_ptr) :: context, memory
+    type(N_Vector), pointer :: state, scales
+    type(SUNNonlinearSolver), pointer :: fixed_point
+    integer(c_int) :: status(8), ended
     integer :: table
 
     status = 0
-    peer%x = x
-    peer%scale = tolerance*[1e-2_dp, 1e-2_dp, 1e-2_dp, 1.0_dp, 1.0_dp, 1.0_dp]
-    if (FSUNContext_Create(c_null_ptr, peer%context) /= 0) error stop 'SUNDIALS: no context'
-    peer%state => FN_VMake_Serial(n, peer%x, peer%context)
+    fixed_point => null()
+    scale = tolerance*[1e-2_dp, 1e-2_dp, 1e-2_dp, 1.0_dp, 1.0_dp, 1.0_dp]
+    if (FSUNContext_Create(c_null_ptr, context) /= 0) error stop 'SUNDIALS: no context'
+    state => FN_VMake_Serial(n, x, context)
     ! One call for what would be several operations: up to a twentieth less.
-    status(1) = FN_VEnableFusedOps_Serial(peer%state, 1)
-    peer%scales => FN_VMake_Serial(n, peer%scale, peer%context)
-    peer%explicit = method(:3) == 'erk'
-    problem%explicit = peer%explicit
-    if (peer%explicit) then
+    status(1) = FN_VEnableFusedOps_Serial(state, 1)
+    scales => FN_VMake_Serial(n, scale, context)
+    problem%explicit = method(:3) == 'erk'
+    if (problem%explicit) then
       select case (method)
       case ('erk 4')
         table = ARKODE_ZONNEVELD_5_3_4
@@ -73,63 +68,48 @@ contains
         table = ARKODE_DORMAND_PRINCE_7_4_5
       case ('erk 6')
         table = ARKODE_VERNER_8_5_6
-      case ('erk 8')
-        table = ARKODE_FEHLBERG_13_7_8
       case default
-        error stop 'expected erk 4, erk 5, erk 6 or erk 8'
+        table = ARKODE_FEHLBERG_13_7_8
       end select
-      peer%memory = FERKStepCreate(c_funloc(rates), 0.0_dp, peer%state, peer%context)
-      status(2) = FERKStepSetErrFile(peer%memory, c_null_ptr)
-      status(3) = FERKStepSVtolerances(peer%memory, tolerance, peer%scales)
-      status(4) = FERKStepSetTableNum(peer%memory, table)
-      status(5) = FERKStepSetMaxNumSteps(peer%memory, many)
-      status(6) = FERKStepSetUserData(peer%memory, c_loc(problem))
-      status(7) = FERKStepSetStopTime(peer%memory, t_end)
-      status(8) = FERKStepSetMaxErrTestFails(peer%memory, 50)      ! in flight a first trial may go far
+      memory = FERKStepCreate(c_funloc(rates), 0.0_dp, state, context)
+      status(2) = FERKStepSetErrFile(memory, c_null_ptr)
+      status(3) = FERKStepSVtolerances(memory, tolerance, scales)
+      status(4) = FERKStepSetTableNum(memory, table)
+      status(5) = FERKStepSetMaxNumSteps(memory, many)
+      status(6) = FERKStepSetUserData(memory, c_loc(problem))
+      status(7) = FERKStepSetStopTime(memory, t_end)
+      status(8) = FERKStepSetMaxErrTestFails(memory, 50)      ! in flight a first trial may go far
     else
-      peer%memory = FCVodeCreate(CV_ADAMS, peer%context)
-      status(2) = FCVodeInit(peer%memory, c_funloc(rates), 0.0_dp, peer%state)
-      status(3) = FCVodeSVtolerances(peer%memory, tolerance, peer%scales)
-      status(4) = FCVodeSetErrFile(peer%memory, c_null_ptr)
-      status(5) = FCVodeSetMaxNumSteps(peer%memory, many)
-      status(6) = FCVodeSetUserData(peer%memory, c_loc(problem))
-      status(7) = FCVodeSetStopTime(peer%memory, t_end)
-      peer%fixed_point => FSUNNonlinSol_FixedPoint(peer%state, 0_c_int, peer%context)
-      status(8) = FCVodeSetNonlinearSolver(peer%memory, peer%fixed_point)
+      memory = FCVodeCreate(CV_ADAMS, context)
+      status(2) = FCVodeInit(memory, c_funloc(rates), 0.0_dp, state)
+      status(3) = FCVodeSVtolerances(memory, tolerance, scales)
+      status(4) = FCVodeSetErrFile(memory, c_null_ptr)
+      status(5) = FCVodeSetMaxNumSteps(memory, many)
+      status(6) = FCVodeSetUserData(memory, c_loc(problem))
+      status(7) = FCVodeSetStopTime(memory, t_end)
+      fixed_point => FSUNNonlinSol_FixedPoint(state, 0_c_int, context)
+      status(8) = FCVodeSetNonlinearSolver(memory, fixed_point)
     end if
     if (any(status /= 0)) error stop 'SUNDIALS: an integrator cannot be set up'
-  end subroutine new_peer
-
-  !> On to `t`. `ok`: it was reached.
-  subroutine evolve(peer, t, ok)
-    type(peer_type), intent(inout) :: peer
-    real(dp), intent(in) :: t              !! [s]
-    logical, intent(out) :: ok
-    real(dp) :: reached(1)
-    integer(c_int) :: status
-
-    if (peer%explicit) then
-      status = FERKStepEvolve(peer%memory, t, peer%state, reached, ARK_NORMAL)
+    call cpu_time(from)
+    if (problem%explicit) then
+      ended = FERKStepEvolve(memory, t_end, state, reached, ARK_NORMAL)
     else
-      status = FCVode(peer%memory, t, peer%state, reached, CV_NORMAL)
+      ended = FCVode(memory, t_end, state, reached, CV_NORMAL)
     end if
-    ok = status == CV_SUCCESS .or. status == CV_TSTOP_RETURN
-  end subroutine evolve
-
-  subroutine free_peer(peer)
-    type(peer_type), intent(inout) :: peer
-    integer(c_int) :: status
-
-    if (peer%explicit) then
-      call FERKStepFree(peer%memory)
+    call cpu_time(to)
+    seconds = to - from
+    if (ended /= CV_SUCCESS .and. ended /= CV_TSTOP_RETURN) x = ieee_value(x, ieee_quiet_nan)
+    if (problem%explicit) then
+      call FERKStepFree(memory)
     else
-      call FCVodeFree(peer%memory)
+      call FCVodeFree(memory)
+      status(1) = FSUNNonlinSolFree(fixed_point)
     end if
-    if (associated(peer%fixed_point)) status = FSUNNonlinSolFree(peer%fixed_point)
-    call FN_VDestroy(peer%state)
-    call FN_VDestroy(peer%scales)
-    status = FSUNContext_Free(peer%context)
-  end subroutine free_peer
+    call FN_VDestroy(state)
+    call FN_VDestroy(scales)
+    status(1) = FSUNContext_Free(context)
+  end subroutine solve
 
   !> The numbers of a vector: FN_VGetArrayPointer gives the first one.
   function numbers(vector) result(x)
@@ -155,7 +135,7 @@ contains
     from => numbers(x)
     to => numbers(dx)
     associate (w => problem%setup%wheelset)
-      call contacts(w, pose(problem, from), state, with_hessian=.false.)
+      call contacts(w, problem%setup%equilibrium + from(1:3), state, with_hessian=.false.)
       to(1:3) = from(4:6)
       to(4:6) = (external_force(w, t) - state%gradient)/w%inertia()
     end associate
@@ -166,19 +146,10 @@ contains
     if (.not. problem%explicit) status = 1
   end function rates
 
-  pure function pose(problem, x) result(q)
-    type(problem_type), intent(in) :: problem
-    real(dp), intent(in) :: x(6)
-    real(dp) :: q(3)
-
-    q = problem%setup%equilibrium + x(1:3)
-  end function pose
-
 end module by_sundials
 program peers
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: iostat_end
-  use by_sundials, only: evolve, free_peer, new_peer, peer_type, problem_type
+  use by_sundials, only: problem_type, solve
   use case, only: case_type
   use kinds, only: dp
   use run_setup, only: setup_type
@@ -192,10 +163,8 @@ program peers
   type(case_type) :: c
   type(setup_type), target :: setup
   type(problem_type) :: problem
-  type(peer_type) :: peer
-  real(dp) :: from, to
+  real(dp) :: x(6), seconds
   integer :: stat
-  logical :: ok
 
   call read_prepared(c, setup)
   do
@@ -203,12 +172,9 @@ program peers
     if (stat == iostat_end) exit
     if (stat /= 0) error stop 'expected a namelist &job'
     problem = problem_type(setup)
-    call new_peer(problem, trim(method), tolerance, [c%y, c%z, c%roll, c%vy, c%vz, c%roll_rate], t_end, peer)
-    call cpu_time(from)
-    call evolve(peer, t_end, ok)
-    call cpu_time(to)
-    write (*, '(2es24.16, 1x, i0)') merge(peer%x(1), ieee_value(1.0_dp, ieee_quiet_nan), ok), to - from, problem%evaluations
+    x = [c%y, c%z, c%roll, c%vy, c%vz, c%roll_rate]
+    call solve(problem, trim(method), tolerance, t_end, x, seconds)
+    write (*, '(2es24.16, 1x, i0)') x(1), seconds, problem%evaluations
     flush (6)
-    call free_peer(peer)
   end do
 end program peers

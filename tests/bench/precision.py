@@ -22,14 +22,14 @@ from ldbench.runs import compute
 from measure import Measure, Section, absolute, measure, ratio
 from running import FORTRAN_TESTS
 
-EXERCISES, ALL_EXERCISES = (1, 2, 3), (1, 2, 3, 4)
+EXERCISES = 1, 2, 3
 PEERS = FORTRAN_TESTS/"peers"   # tests/bench/peers.f90, built where SUNDIALS is
 TARGETS = 1e-7, 1e-9            # errors of Y at the end at which times are compared [m]
 CHAOTIC = {"ex3_sw": 100}       # there so many times as much
 MARGIN = 10                     # of the target over what the reference is uncertain by, else the target is larger
 ENOUGH = 3                      # a method is not refined any more when its error is so many times below the last target
 NEARBY = 1.0, 0.93, 0.86        # settings over the nominal one: a single one may be right by chance
-TOO_LONG, FULL_TOO_LONG = 0.2, 2.0      # a method that does is not refined any more [s]
+TOO_LONG = 0.2                  # a method that does is not refined any more [s]
 ROUND = 0.05                    # a solution that takes less time is repeated until it took so long [s]
 ROWS = 100                      # of our output
 FAR_OFF = 1e15                  # rates of a trial pose outside the table: shortens the step (LSODA would keep a NaN)
@@ -56,7 +56,7 @@ is blind in free flight). DOP853, LSODA: SciPy's, compiled too, but no package l
 force through Python, which costs several times the force itself.
 
 Processor time: of SUNDIALS and SciPy that of the integration alone, with nothing but the state at the end; ours includes
-events, energies and 100 rows. Each is repeated until it took 50 ms. The usual form leaves out exercise 4."""
+events, energies and 100 rows. Each is repeated until it took 50 ms. Exercise 4 is left out."""
 NO_PEERS = "SUNDIALS with its Fortran modules is not here, so nothing compiled is compared with: ./bootstrap --sundials"
 
 
@@ -154,24 +154,22 @@ class Point:
     times: np.ndarray           # of the nearby settings [s]
 
 
-def lasting(method: Method, p: Problem, setting: float) -> Answer:
-    """Repeated until it took ROUND; the mean time."""
-    y, seconds, evaluations = method.solve(p, setting)
-    count = int(min(ROUND/max(seconds, 1e-5), 50)) if seconds < ROUND else 0
-    times = [seconds, *(method.solve(p, setting)[1] for _ in range(count))]
-    return y, float(np.mean(times)), evaluations
+def refine(p: Problem, method: Method, exact: float, enough: float) -> list[Point]:
+    """One setting after the other until the error is small enough or a solution takes too long."""
+    def lasting(setting: float) -> Answer:
+        """The mean time of solutions that are repeated until they took ROUND."""
+        y, seconds, evaluations = method.solve(p, setting)
+        count = int(min(ROUND/max(seconds, 1e-5), 50)) if seconds < ROUND else 0
+        return y, float(np.mean([seconds, *(method.solve(p, setting)[1] for _ in range(count))])), evaluations
 
-
-def refine(p: Problem, method: Method, exact: float, enough: float, too_long: float) -> list[Point]:
-    """One setting after the other until the error is small enough or a solution takes too long [s]."""
     points = []
     for setting in method.settings:
-        found = [lasting(method, p, setting*factor) for factor in NEARBY]
+        found = [lasting(setting*factor) for factor in NEARBY]
         error = float(np.sqrt(np.mean([(y - exact)**2 for y, *_ in found])))
         if np.isnan(error):
             continue
         points.append(Point(setting, error, found[0][2], np.array([seconds for _, seconds, _ in found])))
-        if error < enough or np.median(points[-1].times) > too_long:
+        if error < enough or np.median(points[-1].times) > TOO_LONG:
             break
     return points
 
@@ -191,17 +189,16 @@ def times_at(points: list[Point], target: float) -> np.ndarray:
 
 def headline(name: str, methods: tuple[Method, ...], curves: dict[str, list[Point]], target: float) -> Iterator[Measure]:
     """Time of our fastest, and of the fastest of others over it, at equal error."""
-    def best(family: str) -> tuple[str, np.ndarray]:
-        found = [(m.name, times_at(curves[m.name], target)) for m in methods if m.family == family]
-        return min(((method, times) for method, times in found if np.isfinite(times).all()), key=lambda one: np.median(one[1]),
-                   default=("none", np.array([np.nan])))
-
-    ours, times = best("ldbench")
-    yield measure(name, ours, f"time at {target:g} m", "s", times, "our fastest")
-    for family in "SUNDIALS", "SciPy":
-        method, theirs = best(family)
-        if np.isfinite(theirs).all():
-            yield ratio(name, method, f"time of the best of {family} over ours at {target:g} m", theirs, times, f"against {ours}")
+    best = {family: min(((np.median(times), method.name, times) for method in methods if method.family == family
+                         and np.isfinite(times := times_at(curves[method.name], target)).all()), default=None)
+            for family in ("ldbench", "SUNDIALS", "SciPy")}
+    if not (ours := best.pop("ldbench")):
+        return
+    yield measure(name, ours[1], f"time at {target:g} m", "s", ours[2], "our fastest")
+    for family, theirs in best.items():
+        if theirs:
+            yield ratio(name, theirs[1], f"time of the best of {family} over ours at {target:g} m", theirs[2], ours[2],
+                        f"against {ours[1]}")
 
 
 def precision_figure(found: dict[str, dict[str, list[Point]]]) -> Figure:
@@ -219,7 +216,7 @@ def precision_figure(found: dict[str, dict[str, list[Point]]]) -> Figure:
     return figure
 
 
-def section(full: bool) -> Section:
+def section() -> Section:
     out = Section("Work and precision", TEXT)
     methods = tuple(m for m in METHODS if PEERS.exists() or m.family != "SUNDIALS")
     if not PEERS.exists():
@@ -227,7 +224,7 @@ def section(full: bool) -> Section:
         out.text += f"\n\n{NO_PEERS}."
     tables = {pair: ContactTable(Case.exercise(1, pair)) for pair in ("aw", "sw")}
     found: dict[str, dict[str, list[Point]]] = {}
-    for exercise in ALL_EXERCISES if full else EXERCISES:
+    for exercise in EXERCISES:
         for pair, table in tables.items():
             with problem(Case.exercise(exercise, pair), table) as p:
                 name = p.case.case_name
@@ -235,8 +232,8 @@ def section(full: bool) -> Section:
                 apart = abs(by_scipy(p, 1e-13, "DOP853", 1e-4)[0] - exact)      # a longer step may pass through a contact
                 least = 10.0**np.ceil(np.log10(MARGIN*max(apart, 1e-16)))
                 targets = sorted({float(f"{max(target*CHAOTIC.get(name, 1), least):.0e}") for target in TARGETS}, reverse=True)
-                found[name] = {m.name: refine(p, m, exact, targets[0 if m.family == "SciPy" else -1]/ENOUGH,
-                                              FULL_TOO_LONG if full else TOO_LONG) for m in methods}
+                found[name] = {m.name: refine(p, m, exact, targets[0 if m.family == "SciPy" else -1]/ENOUGH)
+                               for m in methods}
             for target in targets:
                 out.measures += headline(name, methods, found[name], target)
             out.more.append(measure(name, "DOP853, 1e-13", "distance from the reference", "m", apart))

@@ -4,6 +4,7 @@ Every time the earlier result is whole, one line says what is the matter, and th
 """
 from __future__ import annotations
 
+import itertools
 import os
 import random
 import re
@@ -13,7 +14,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -21,10 +22,10 @@ import pytest
 
 import ldbench
 from ldbench.__main__ import main
-from ldbench.plots.series import PAGES
-from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case, wait_for
+from ldbench.plots.document import case_figures
+from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case
 
-KILLS = 8
+KILLS = 6
 TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 SEED = 11
 
@@ -41,8 +42,8 @@ def one_line(done: subprocess.CompletedProcess[str], *words: str) -> None:
         assert word in done.stderr
 
 
-def limit(what: int, most: int) -> Callable[[], None]:
-    return lambda: resource.setrlimit(what, (most, most))
+def limited(folder: Path, what: int, most: int) -> subprocess.CompletedProcess[str]:
+    return run(folder, preexec_fn=lambda: resource.setrlimit(what, (most, most)))
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +91,9 @@ def test_out_of_memory_is_told(case):
     half-written."""
     whole = bytes_of(case)
     outcomes = set()
-    for megabytes in (15, 16, 17, 30, 4000):
+    for megabytes in (16, 30, 4000):
         (case/"pair.table").unlink()
-        done = run(case, preexec_fn=limit(resource.RLIMIT_AS, int(megabytes*1e6)))
+        done = limited(case, resource.RLIMIT_AS, int(megabytes*1e6))
         outcomes.add(done.returncode)
         if done.returncode:
             assert re.search("memory|Error allocating|shared object|Thread creation failed", done.stderr), (megabytes, done.stderr)
@@ -133,12 +134,21 @@ def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on
     assert {name: data for name, data in bytes_of(case).items() if ".ldbench-part" not in name} == later
 
 
+def wait_for(file: Path, process: subprocess.Popen) -> None:
+    """Until a process has made a file."""
+    give_up = time.monotonic() + HANG
+    while not file.exists():
+        assert process.poll() is None, f"ended with {process.returncode} without {file}"
+        assert time.monotonic() < give_up, f"hangs without {file}"
+        time.sleep(0.01)
+
+
 def test_a_report_stops_its_runs(tmp_path):
     """They would never end by themselves; nothing half-written is left, nor a file of a run that was stopped."""
     (tmp_path/"inputs").mkdir()
     for pair in "aw", "sw":
         ldbench.Case.exercise(3, pair).replace(
-            model="strip", table_file=f"{pair}.table", **TINY, vY=0.0, roll_rate=0.0, t_end=1e5, dt=1e-5, stop_at="t_end",
+            model="hertz", table_file=f"{pair}.table", **TINY, vY=0.0, roll_rate=0.0, t_end=1e5, dt=1e-5, stop_at="t_end",
             interval=0.1, rows="interval").to_namelist(tmp_path/f"inputs/ex3_{pair}.nml")
     process = subprocess.Popen([sys.executable, "-m", "ldbench", "report", "--inputs", "inputs", "-o", "out", "-j", "2"],
                                cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -154,16 +164,10 @@ def test_a_report_stops_its_runs(tmp_path):
 def test_a_file_that_cannot_be_written_to_its_end(case, without):
     """Where the process may write no longer files, as where the disk is full."""
     whole = bytes_of(case)
-    size = len(whole[without])
-    for most in {size//2, size - 1}:
-        if without != "columns.txt":        # which is shorter
-            (case/"pair.table").unlink(missing_ok=True)
-        done = run(case, preexec_fn=limit(resource.RLIMIT_FSIZE, most))
-        left = bytes_of(case)
-        one_line(done, "cannot be written", without if most == size - 1 else "")
-        assert left.get("pair.table", whole["pair.table"]) == whole["pair.table"]
-        assert {**left, "pair.table": b""} == {**whole, "pair.table": b""}, most
-    assert run(case).returncode == 0 and bytes_of(case).keys() == FILES
+    if without == "pair.table":
+        (case/without).unlink()
+    one_line(limited(case, resource.RLIMIT_FSIZE, len(whole[without]) - 1), "cannot be written", without)
+    assert bytes_of(case) == {name: data for name, data in whole.items() if (case/name).exists() or name != "pair.table"}
 
 
 @contextmanager
@@ -181,17 +185,6 @@ def longest_file(most: int) -> Iterator[None]:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("result")
-    (folder/"case.nml").write_text(short_case(folder, table=TINY))
-    assert run(folder).returncode == 0
-    return folder/"columns.txt"
-
-
-TOLD = "cannot be written completely: File too large"
-
-
 @pytest.mark.parametrize(("product", "command"), [
     ("new.txt", ["run", "{case}", "--output", "{out}/new.txt"]),
     ("geometry.txt", ["table", "{case}", "-o", "{out}/geometry.txt"]),
@@ -200,25 +193,20 @@ TOLD = "cannot be written completely: File too large"
     ("compare.pdf", ["compare", "{columns}", "{columns}", "-o", "{out}/compare.pdf"]),
     ("sweep.zarr", ["ensemble", "{case}", "--over", "mass=1400,1500", "-o", "{out}/sweep.zarr"])],
     ids=lambda value: value if isinstance(value, str) else "")
-def test_commands_of_python_tell_what_cannot_be_written(product, command, result, tmp_path, capsys):
+def test_commands_of_python_tell_what_cannot_be_written(product, command, made, tmp_path, capsys):
     """In a folder for which there is no space: one line, status 1, and nothing half-written."""
     target = tmp_path/product
     if target.suffix != ".zarr":
         target.write_text("earlier\n")
-    words = [word.format(case=result.with_name("case.nml"), columns=result, out=tmp_path) for word in command]
+    words = [word.format(case=made/"case.nml", columns=made/"columns.txt", out=tmp_path) for word in command]
     before = contents(tmp_path)
     with longest_file(200):
         status = main(words)
     said = capsys.readouterr().err
     assert status == 1 and re.fullmatch(r"ldbench: error: [^\n]+\n", said.split("\r")[-1]), said
-    assert product in said or TOLD in said      # pages are put together from some in the system's folder for such
+    assert product in said or "cannot be written completely: File too large" in said
     left = contents(tmp_path)
     assert {path: data for path, data in left.items() if ".ldbench" not in str(path)} == before
-
-
-# Their path with both wheels on the rails has thousands of poses.
-S1002 = {"profiles": {"wheel_profile": REPO/"profiles/s1002.yz", "rail_profile": REPO/"profiles/60e1.yz"},
-         "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36}}
 
 
 def test_no_damaged_table_is_used(case):
@@ -241,20 +229,20 @@ def test_no_damaged_table_is_used(case):
 
 
 @pytest.mark.parametrize(("groups", "right"), [
-    ({"contact": {"formulation": "bilateral"}}, True), ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
+    ({"contact": {"formulation": "bilateral"}, "output": {"geometry_file": "geometry.txt"}}, True),
+    ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
     ({"contact": {"model": "halfspace"}}, False),
-    ({"contact": {"model": "strip"}}, False),
     ({"contact": {"model": "hertz"}, "integrator": {"scheme": "energy", "dt": 2e-5}}, True),
-    ({"contact": {"formulation": "bilateral"}, **S1002}, False), ({"contact": {"formulation": "unilateral"}, **S1002}, False)],
-    ids=["bilateral", "unilateral", "halfspace", "strip", "hertz", "bilateral S1002", "unilateral S1002"])
+    ({"contact": {"formulation": "unilateral"}, "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36},
+      "profiles": {"wheel_profile": REPO/"profiles/s1002.yz", "rail_profile": REPO/"profiles/60e1.yz"}}, False)],
+    ids=["bilateral", "unilateral", "halfspace", "hertz", "unilateral S1002"])
 def test_every_kind_of_run_ends_well(groups, right, tmp_path):
     """Above all in the build that looks at every access to memory and every leak: SANITIZE=1."""
     profiles = {f"{what}_profile_right": REPO/f"profiles/s{what[0]}prof.yz" for what in ("wheel", "rail")} if right else {}
     (tmp_path/"case.nml").write_text(short_case(
-        Path(), **{"table": TINY, "profiles": profiles, "output": {"geometry_file": "geometry.txt"},
-                      "initial": {"vY": 1.0, "roll_rate": 0.0333}, **groups}))
+        Path(), **{"table": TINY, "profiles": profiles, "initial": {"vY": 1.0, "roll_rate": 0.0333}, **groups}))
     done = run(tmp_path)
-    assert (done.returncode, done.stderr) == (0, "") and bytes_of(tmp_path).keys() == {"columns.txt", "geometry.txt"}
+    assert (done.returncode, done.stderr) == (0, "") and "columns.txt" in bytes_of(tmp_path)
 
 
 def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -263,6 +251,8 @@ def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_closed_and_full_streams(case, monkeypatch):
+    (case/"case.nml").write_text((case/"case.nml").read_text().replace("geometry_file", "!"))      # which takes time
+    assert run(case).returncode == 0
     whole = bytes_of(case)
     one_line(shell("$LDBENCH <&-", case), "standard input")
     assert shell("$LDBENCH case.nml <&-", case).returncode == 0
@@ -273,10 +263,9 @@ def test_closed_and_full_streams(case, monkeypatch):
     assert shell("$LDBENCH nothing.nml 2>/dev/full", case).returncode == 1
     assert bytes_of(case) == whole
     one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
-    one_line(shell("$PYTHON run --help >/dev/full", case), "standard output", "No space left on device")
     # A name that is not UTF-8 is drawn with another letter, of which no line has to tell.
     odd = case/os.fsdecode(b"n\xe9.txt")
     odd.write_bytes(whole["columns.txt"])
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
+    monkeypatch.setattr("ldbench.plots.document.case_figures", lambda *given: itertools.islice(case_figures(*given), 1))
     monkeypatch.setattr(sys, "stderr", None)
     assert main(["plot", str(odd), "-o", str(case/"odd.pdf")]) == 0 and (case/"odd.pdf").stat().st_size > 1000

@@ -1,29 +1,21 @@
 """Namelist files: what is accepted, and how everything else is refused."""
-import math
 import re
 import subprocess
-from dataclasses import dataclass
+import zlib
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from running import CASES, LDBENCH, REPO, namelist, rows, run_case, short_case
 
 
-@dataclass
-class Variable:
+class Variable(NamedTuple):
     """What `ldbench --help` says of a namelist variable."""
     group: str
     name: str
     default: str           # as it stands in a namelist
-    least: float = -math.inf
-    largest: float = math.inf
-    whole: bool = False
-    words: tuple[str, ...] = ()
-
-    @property
-    def is_number(self) -> bool:
-        return self.least > -math.inf
+    is_number: bool
 
 
 def help_variables() -> list[Variable]:
@@ -32,18 +24,11 @@ def help_variables() -> list[Variable]:
     for line in text[text.index("\n&"):].splitlines()[1:]:
         if line.startswith("&"):
             group = line[1:]
-            continue
-        if line.startswith("      "):           # the meaning
+        elif line.startswith("      "):           # the meaning
             assert len(line) < 132
-            continue
-        name, default, admits = re.fullmatch(r"  (\w+) = (.*?)   (.*)", line).groups()
-        variable = Variable(group, name, default)
-        if limits := re.match(r"a (whole )?number from (\S+) to ([^\s;]+)", admits):
-            variable.whole = limits[1] is not None
-            variable.least, variable.largest = float(limits[2]), float(limits[3])
-        elif words := re.match(r"one of ([^;]+)", admits):
-            variable.words = tuple(words[1].split())
-        found.append(variable)
+        else:
+            name, default, admits = re.fullmatch(r"  (\w+) = (.*?)   (.*)", line).groups()
+            found.append(Variable(group, name, default, re.match(r"a (whole )?number from \S+ to ", admits) is not None))
     return found
 
 
@@ -66,7 +51,7 @@ def parse(text: str) -> dict[tuple[str, str], str]:
 
 def test_one_language_many_hands(tmp_path):
     """Order of groups, letter case, lines, commas, quotes, exponents and comments are free."""
-    plain = short_case(tmp_path, table={"file": tmp_path / "table"})
+    plain = short_case(tmp_path)
     groups = re.findall(r"&\w+\n(?: .*\n)*/\n", plain)
     variants = {
         "plain": plain, "other order": "".join(groups[::-1]),
@@ -93,91 +78,65 @@ def test_one_language_many_hands(tmp_path):
 
 
 def test_omitted_variables_take_their_defaults(tmp_path):
-    """A file with nothing but the output's name runs like one that spells out every default of --help."""
-    file = tmp_path / "columns.txt"
-    spelt = "".join(
-        f"&{group}\n" + "".join(f"  {v.name} = {v.default}\n" for v in VARIABLES
-                                if v.group == group and (v.group, v.name) != ("output", "file"))
-        + "FILE" * (group == "output") + "/\n" for group in dict.fromkeys(v.group for v in VARIABLES))
-    short = {"table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9}, "integrator": {"t_end": 2e-3}}
-    for variables in short.values():
-        for name, value in variables.items():
-            spelt = re.sub(rf"  {name} = .*\n", f"  {name} = {value}\n", spelt)
-    assert run_case(spelt.replace("FILE", f"  file = '{file}'\n"), tmp_path).returncode == 0
-    expected = file.read_bytes()
-    file.unlink()
-    assert run_case(namelist(**short, output={"file": file}), tmp_path).returncode == 0
-    assert file.read_bytes() == expected
+    """A file with nothing but names of files runs like one that spells out every default of --help, and finds the table of it."""
+    short = {"table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9, "file": tmp_path/"table"}, "integrator": {"t_end": 2e-3},
+             "output": {"file": tmp_path/"columns.txt"}}
+    spelt = {group: {v.name: v.default.strip("'") for v in VARIABLES if v.group == group} for group in {v.group for v in VARIABLES}}
+    found = []
+    for groups in {group: values | short.get(group, {}) for group, values in spelt.items()}, short:
+        text = re.sub(r"= '([^']*)'", lambda m: f"= {m[1]}" if re.fullmatch(r"[-+.\dE]+", m[1]) else m[0], namelist(**groups))
+        done = run_case(text, tmp_path)
+        assert done.returncode == 0, done.stderr
+        found.append(((tmp_path/"columns.txt").read_bytes(), "(found)" in done.stdout))
+    assert found == [(found[0][0], False), (found[0][0], True)]
 
 
-@dataclass
-class TableRun:
-    found: bool
-    rows: bytes
+TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 
 
-def run_with_table(folder: Path, **changes: dict[str, object]) -> TableRun:
-    changes["table"] = {"n_lateral": 20, "n_roll": 5, "n_depth": 5} | changes.get("table", {})
-    done = run_case(short_case(folder, **changes), folder)
+def run_with_table(folder: Path, **changes: dict[str, object]) -> tuple[bool, bytes]:
+    """Whether a run of the short case found its contact table, and its rows."""
+    done = run_case(short_case(folder, **{"table": TINY} | changes), folder)
     assert done.returncode == 0, done.stderr
     assert ("(found)" in done.stdout) != ("(built)" in done.stdout)
-    return TableRun("(found)" in done.stdout, rows(folder / "columns.txt"))
+    return "(found)" in done.stdout, rows(folder/"columns.txt")
 
 
-@pytest.fixture(scope="module")
-def without(tmp_path_factory: pytest.TempPathFactory) -> TableRun:
-    """The short case without a table file."""
-    done = run_with_table(tmp_path_factory.mktemp("without"))
-    assert not done.found
-    return done
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The bytes of a table file for the short case."""
-    folder = tmp_path_factory.mktemp("built")
-    assert not run_with_table(folder, table={"file": folder / "pair.table"}).found
-    return (folder / "pair.table").read_bytes()
-
-
-@pytest.fixture
-def table(built: bytes, tmp_path: Path) -> Path:
-    """A table file for the short case."""
-    file = tmp_path / "pair.table"
-    file.write_bytes(built)
-    return file
-
-
-def test_table_is_found_again(table, without, tmp_path):
+def test_a_table_serves_what_it_does_not_depend_on(tmp_path):
+    """It is found again, and used with the rows of a run without a file."""
+    table = tmp_path/"pair.table"
+    filed = {"table": TINY | {"file": table}}
+    changes = {"wheelset": {"mass": 1600.0}, "initial": {"vY": 0.3}, "loading": {"lateral_ramp": 5e3},
+               "integrator": {"scheme": "energy"}}
+    assert run_with_table(tmp_path, **filed)[0] is False
     before = table.read_bytes(), table.stat().st_mtime_ns
-    assert run_with_table(tmp_path, table={"file": table}) == TableRun(True, without.rows)
+    without = run_with_table(tmp_path, **changes, table=TINY)
+    assert not without[0] and run_with_table(tmp_path, **filed | changes) == (True, without[1])
     assert (table.read_bytes(), table.stat().st_mtime_ns) == before
 
 
-@pytest.mark.parametrize("changes", [
-    {"profiles": {"wheel_profile": REPO / "profiles/swprof.yz", "rail_profile": REPO / "profiles/srprof.yz"}},
-    {"material": {"youngs_modulus": 2.1001e11}}, {"material": {"poisson": 0.29}},
-    {"contact": {"model": "strip"}}, {"contact": {"influence": "flat"}}, {"contact": {"stiffness_scale": 1.01}},
-    {"track": {"gauge": 1.4352}}, {"track": {"gauge_depth": 0.0141}}, {"wheelset": {"back_to_back": 1.3522}},
-    {"wheelset": {"rolling_radius": 0.458}}, {"table": {"accuracy": 3e-3}}, {"table": {"n_lateral": 21}}, {"table": {"n_roll": 6}},
-    {"table": {"n_depth": 6}}, {"table": {"lateral": 0.061}}, {"table": {"lift": 0.041}}, {"table": {"drop": 0.011}},
-    {"table": {"roll": 0.34}}, {"table": {"depth": 0.0023}},
-], ids=lambda changes: "-".join(f"{g}-{n}" for g, v in changes.items() for n in v))
-def test_table_of_something_else_is_not_used(changes, table, built, tmp_path):
-    changes["table"] = changes.get("table", {}) | {"file": table}
-    assert not run_with_table(tmp_path, **changes).found
-    assert table.read_bytes() != built
+def test_a_table_of_something_else_is_not_used(tmp_path):
+    """The file tells all that the table depends on, so that a table of one other value is built anew."""
+    odd = {"wheelset": {"back_to_back": 1.3522, "rolling_radius": 0.458}, "track": {"gauge": 1.4352, "gauge_depth": 0.0141},
+           "material": {"youngs_modulus": 2.1e11, "poisson": 0.29},
+           "contact": {"model": "strip", "influence": "flat", "stiffness_scale": 1.01},
+           "table": {"accuracy": 3e-3, "n_lateral": 21, "n_roll": 6, "n_depth": 7, "lateral": 0.061, "lift": 0.041, "drop": 0.011,
+                     "roll": 0.34, "depth": 0.0023}}
+    table = tmp_path/"pair.table"
+    odd["table"]["file"] = table
+    assert run_with_table(tmp_path, **odd)[0] is False
+    first = table.read_bytes()
+    words = first[:1000].decode(errors="replace").split()
+    told = {float(word) for word in words if re.fullmatch(r"[\d.]+(E[-+]\d+)?", word)}
+    expected = [value for values in odd.values() for name, value in values.items() if name != "file"]
+    assert told >= {value for value in expected if not isinstance(value, str)} and {"strip", "flat"} <= set(words)
+    assert {f"{zlib.crc32((REPO/f'profiles/{name}prof.yz').read_bytes()):08X}" for name in ("aw", "ar")} <= set(words)
+    assert run_with_table(tmp_path, **odd | {"material": {"youngs_modulus": 2.1e11, "poisson": 0.291}})[0] is False
+    assert table.read_bytes() != first
 
 
-def test_table_serves_what_it_does_not_depend_on(table, tmp_path):
-    changes = {"wheelset": {"mass": 1600.0}, "initial": {"vY": 0.3}, "loading": {"lateral_ramp": 5e3},
-               "integrator": {"scheme": "energy"}}
-    without = run_with_table(tmp_path, **changes)
-    assert run_with_table(tmp_path, **changes, table={"file": table}) == TableRun(True, without.rows)
-
-
-WHOLE_GROUPS = ["case", "wheelset", "track", "material", "profiles", "initial", "loading", "contact"]
-NAMED = {(v.group, v.name) for v in VARIABLES if v.group in WHOLE_GROUPS} | {
+GIVEN_WHOLE = "case", "wheelset", "track", "material", "profiles", "initial", "loading", "contact"
+NAMED = {(v.group, v.name) for v in VARIABLES if v.group in GIVEN_WHOLE} | {
     ("table", "file"), ("integrator", "scheme"), ("integrator", "order"), ("integrator", "dt"),
     ("integrator", "t_end"), ("integrator", "stop_at"), ("output", "file"), ("output", "interval")}
 

@@ -41,16 +41,13 @@ def test_missing_package_is_one_line_with_the_command(module, extra, command, tm
     assert any(package in requirement for requirement in PROJECT["optional-dependencies"][extra])
 
 
-def test_version_is_that_of_the_executable(capsys):
+def test_version_has_one_place(capsys):
+    """The core says it, the package repeats it and Meson reads it there; copies in files that cannot read agree."""
+    said = subprocess.run([LDBENCH, "--version"], capture_output=True, text=True).stdout
     with pytest.raises(SystemExit) as end:
         main(["--version"])
-    assert end.value.code == 0
-    assert capsys.readouterr().out == subprocess.run([LDBENCH, "--version"], capture_output=True, text=True).stdout
-
-
-def test_version_has_one_place():
-    """The core says it and Meson reads it there; copies in files that cannot read agree."""
-    version = subprocess.run([LDBENCH, "--version"], capture_output=True, text=True).stdout.split()[1]
+    assert end.value.code == 0 and capsys.readouterr().out == said
+    version = said.split()[1]
     built = json.loads((REPO/"build/wrapper/meson-info/intro-projectinfo.json").read_text())
     assert built["version"] == version and PROJECT["dynamic"] == ["version"]
     for file, place in (("CITATION.cff", rf"^version: {version}$"), ("CHANGELOG.md", rf"\A# Changelog\n\n## {version}\b"),

@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from importlib.util import resolve_name
 from pathlib import Path
 
-import pytest
-
 import ldbench
 from running import REPO
 
@@ -30,19 +28,6 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
             elif re.match(r"^ *end (?:subroutine|function)", line):
                 name, first = stack.pop()
                 assert k - first < 120, (path, name)
-
-
-TOP = set(".ci .github .gitignore CHANGELOG.md CITATION.cff LICENSE Makefile README.md bootstrap docs fortran inputs meson.build "
-          "meson.options outputs profiles pyproject.toml requirements.txt tests wrappers".split())
-
-
-def test_the_repository_holds_what_belongs_there():
-    """No log of a build, no scratch file: a new file in the top folder has to be put into this list, too."""
-    if not (REPO/".git").exists():
-        pytest.skip("this is no clone of the repository")
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPO, capture_output=True, text=True, check=True).stdout.split("\0")
-    assert {name.partition("/")[0] for name in listed if name} <= TOP
-    assert [name for name in listed if name.endswith((".log", ".orig", ".rej", ".pyc", ".o", ".mod"))] == []
 
 
 PACKAGE = Path(ldbench.__file__).parent
@@ -82,7 +67,6 @@ def test_rooms_use_each_other_in_one_order():
 
 
 ROUND = PACKAGE.with_name("ldbench_round")
-DISPATCH = PACKAGE/"commands/__init__.py"
 ON_TOP = (REPO/"docs/python.md").read_text(encoding="utf-8").partition("## Packages on top of ldbench")[2]
 PUBLIC = {"ldbench", *re.findall(r"`(ldbench\.[a-z_.]+)`", ON_TOP)}
 
@@ -97,12 +81,9 @@ def test_a_round_uses_public_names_alone():
 
 
 def test_the_package_does_not_know_a_round():
-    """Neither by an import nor by a name in a text, besides the dispatch of commands."""
-    knowing = {path for path in PACKAGE.rglob("*.py") if any(
-        (isinstance(node, ast.Constant) and isinstance(node.value, str) and "ldbench_round" in node.value)
-        or (isinstance(node, ast.Import | ast.ImportFrom) and "ldbench_round" in ast.unparse(node))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))))}
-    assert knowing == {DISPATCH}
+    """Neither by an import nor by a name in a text, besides the dispatch of commands; comments may."""
+    knowing = {path for path in PACKAGE.rglob("*.py") if "ldbench_round" in re.sub(r"#.*", "", path.read_text(encoding="utf-8"))}
+    assert knowing == {PACKAGE/"commands/__init__.py"}
 
 
 def test_the_package_is_imported_without_what_only_some_need():

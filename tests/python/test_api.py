@@ -4,27 +4,25 @@ The executable is the reference: a run from Python must write the same bytes and
 """
 import base64
 import copy
+import itertools
 import pickle
 import re
 import signal
 import subprocess
 import sys
 import zlib
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import f90nml
 import numpy as np
 import pytest
-from pypdf import PdfReader
 
 import ldbench
 from invented import COARSE
 from ldbench.__main__ import main
 from ldbench.case import variables
-from ldbench.plots.series import PAGES
 from ldbench.results.header import read_header
-from running import CASES, HANG, LDBENCH, PAIRS, REPO, command_error
+from running import HANG, LDBENCH, REPO, kept_tables
 
 
 def coarse(exercise: int, pair: str, **changes: object) -> ldbench.Case:
@@ -66,25 +64,23 @@ def touching_poses(table: ldbench.ContactTable, n: int) -> tuple[np.ndarray, np.
 def test_names_in_any_case_of_letters_and_with_their_group():
     case = ldbench.Case.exercise(3, "sw")
     assert case.vY == case.vy == case.initial_vY == 1.0
-    assert case.output_file == "outputs/ex3_sw.txt" and case.table_file == "outputs/sw_halfspace.table"
-    assert case.initial_roll == 0 and case.table_roll == 0.5
+    assert case.output_file == "outputs/ex3_sw.txt" and case.initial_roll == 0 and case.table_roll == 0.5
     with pytest.raises(AttributeError, match="initial_roll or table_roll, found roll, which is ambiguous"):
         _ = case.roll
+    with pytest.raises(AttributeError):
+        case.dt = 1e-5
     assert not hasattr(case, "vy0")
 
 
 def test_replace_makes_another_case():
     case = ldbench.Case.exercise(1)
     other = case.replace(VY=np.float64(0.3), n_roll=np.int64(51), OUTPUT_FILE=Path("x.txt"))
-    assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt")
-    assert case.vY == 0.1 and case != other
-    assert other.replace(vY=0.1, n_roll=case.n_roll, output_file=case.output_file) == case
-    assert hash(other.replace(vY=0.1, n_roll=160.0, output_file=case.output_file)) == hash(case)
-    with pytest.raises(AttributeError):
-        case.dt = 1e-5
+    assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt") and case.vY == 0.1 and case != other
+    same = other.replace(vY=0.1, n_roll=160.0, output_file=case.output_file)
+    assert same == case and hash(same) == hash(case)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", ["ex1_aw", "ex5_sw"])
 def test_namelists_go_round(name):
     case = ldbench.Case.from_namelist(REPO / "inputs" / f"{name}.nml")
     assert case == ldbench.Case.exercise(int(name[2]), name[4:]), "the shipped input"
@@ -97,8 +93,7 @@ def test_namelists_go_round(name):
     assert pickle.loads(pickle.dumps(odd)) == odd
 
 
-@pytest.mark.parametrize("title", ["the wheelset's run", "'", "''", '"', "it''s \"so\"", "a  'b'", "Räder", "\xa0", "back\\slash",
-                                   "車輪\u200b", "\udce9"], ids=ascii)
+@pytest.mark.parametrize("title", ["'", '"', "it''s \"so\"", "a  'b'", "\xa0", "back\\slash", "車輪\u200b", "\udce9"], ids=ascii)
 def test_texts_go_round(title, flange_run, tmp_path):
     """Through Python's namelists, f90nml, and the header of a column file."""
     case = coarse(1, "aw", title=title, t_end=1e-3)
@@ -118,21 +113,25 @@ START = {1: "initial lateral velocity 0.1 m/s", 2: "initial lateral velocity 0.5
          4: "initial lateral velocity 2 m/s", 5: "lateral force growing by 5 kN/s up to derailment"}
 
 
-@pytest.mark.parametrize(("exercise", "changes", "title"), [
-    *((k, {}, words) for k, words in START.items()), (2, {"vY": 0.6}, "initial lateral velocity 0.6 m/s"),
-    (2, {"title": "its own"}, "its own"), (1, {"vY": 0}, "initial roll rate 0.00333 rad/s"), (5, {"lateral_ramp": 0}, "at rest"),
-    (1, {"vY": 0, "roll_link": "rails"}, "at rest"),
-    (5, {"lateral_force": -1e4, "lateral_ramp": 2e3, "stop_at": "t_end"}, "lateral force -10 kN, lateral force growing by 2 kN/s"),
-    (3, {"Y": -0.002, "Z": 1e-4, "initial_roll": 0.01, "vZ": 10}, "initial lateral displacement -0.002 m, initial vertical "
-     "displacement 1.0E-4 m, initial roll angle 0.01 rad, initial lateral velocity 1 m/s, initial vertical velocity 10 m/s")])
-@pytest.mark.parametrize(("pair", "profiles", "words"), [
-    ("aw", {}, "actual profiles"), ("sw", {}, "simplified profiles"), ("aw", {"wheel_profile": "a/own.yz"}, "own.yz on arprof.yz"),
-    ("aw", {"rail_profile_right": "b.yz"}, "actual profiles (left), awprof.yz on b.yz (right)")])
-def test_a_title_that_nobody_wrote_is_made_from_the_values(exercise, changes, title, pair, profiles, words):
+def test_a_title_that_nobody_wrote_is_made_from_the_values():
     """In the call's words for the ten exercises; `namelist` has what was written."""
-    case = ldbench.Case.exercise(exercise, pair).replace(**changes, **profiles)
-    assert case.title == case.case_title == (title if title == "its own" else f"{title}, {words}")
-    assert case.namelist()["case"]["title"] == changes.get("title", "") and ldbench.Case.from_namelist(case.to_namelist()) == case
+    titles = [*((k, {}, words) for k, words in START.items()),
+              (2, {"title": "its own"}, "its own"), (1, {"vY": 0}, "initial roll rate 0.00333 rad/s"),
+              (5, {"lateral_ramp": 0}, "at rest"), (1, {"vY": 0, "roll_link": "rails"}, "at rest"),
+              (5, {"lateral_force": -1e4, "lateral_ramp": 2e3, "stop_at": "t_end"},
+               "lateral force -10 kN, lateral force growing by 2 kN/s"),
+              (3, {"Y": -0.002, "Z": 1e-4, "initial_roll": 0.01, "vZ": 10},
+               "initial lateral displacement -0.002 m, initial vertical displacement 1.0E-4 m, initial roll angle 0.01 rad, "
+               "initial lateral velocity 1 m/s, initial vertical velocity 10 m/s")]
+    pairs = [("aw", {}, "actual profiles"), ("sw", {}, "simplified profiles"),
+             ("aw", {"wheel_profile": "a/own.yz"}, "own.yz on arprof.yz"),
+             ("aw", {"rail_profile_right": "b.yz"}, "actual profiles (left), awprof.yz on b.yz (right)")]
+    for exercise, changes, title in titles:
+        for pair, profiles, words in pairs:
+            case = ldbench.Case.exercise(exercise, pair).replace(**changes, **profiles)
+            assert case.title == case.case_title == (title if title == "its own" else f"{title}, {words}")
+            assert case.namelist()["case"]["title"] == changes.get("title", "")
+            assert ldbench.Case.from_namelist(case.to_namelist()) == case
 
 
 def test_vY_can_set_the_roll_rate(table):
@@ -149,43 +148,35 @@ def test_vY_can_set_the_roll_rate(table):
         ldbench.run(linked.replace(Y=0.05, gauge=1.5, model="hertz"))
 
 
-def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys, monkeypatch):
-    """In the summary, the header, the PDF and the page of a run with another velocity and a wheel of its own."""
+def test_a_changed_case_has_its_title_everywhere(tmp_path, capsys):
+    """In the summary, the header and the page of a run with another velocity and a wheel of its own."""
     (tmp_path/"own.yz").write_bytes((REPO/"profiles/awprof.yz").read_bytes())
     (tmp_path/"case.nml").write_text(coarse(1, "aw", t_end=1e-3, wheel_profile=str(tmp_path/"own.yz")).to_namelist())
     title, file = "initial lateral velocity 0.3 m/s, own.yz on arprof.yz", tmp_path/"columns.txt"
     assert main(["run", str(tmp_path/"case.nml"), "--set", "vY=0.3", "-o", str(file)]) == 0
     run = ldbench.read_run(file)
     assert capsys.readouterr().out.startswith(f"ex1_aw: {title}\n") and f"# case ex1_aw: {title}\n" in file.read_text()
-    monkeypatch.setattr("ldbench.plots.document.PAGES", PAGES[:1])
-    run.save_plots(tmp_path/"plots.pdf")
-    assert any(title in page.extract_text() for page in PdfReader(tmp_path/"plots.pdf").pages)
     facts = re.search('id="facts">(.*?)<', run.view().html)[1]
     assert f'"title":"{title}"' in zlib.decompress(base64.b64decode(facts)).decode()
     assert title in run._repr_html_() and title in run.case._repr_html_() and run.to_xarray().title == run.case.title == title
 
 
-REAL, WHOLE, TEXT = "a number from ", "a whole number from ", "a text in quotes of at most 256 printable bytes"
+REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
 
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
-    ({"dt": -1}, "integrator dt", REAL, "-1.0"), ({"dt": float("nan")}, "integrator dt", REAL, "NaN"),
-    ({"dt": "fast"}, "integrator dt", REAL, "'fast'"), ({"dt": True}, "integrator dt", REAL, "True"),
-    ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"), ({"order": 3}, "integrator order", "2, 4 or 6", "3"),
+    ({"dt": float("nan")}, "integrator dt", REAL, "NaN"), ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
+    ({"dt": True}, "integrator dt", REAL, "True"), ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"),
     ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"), ({"title": 3}, "case title", TEXT, "3"),
-    ({"title": 300*"x"}, "case title", TEXT, f"'{300*'x'}'"), ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"),
-    ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"), ({"title": "a\0b"}, "case title", TEXT, "'a?b'"),
+    ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"), ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
-    ({"order": 2**32 + 4}, "integrator order", WHOLE, f"{2**32 + 4}"),
-    ({"order": 10**400}, "integrator order", WHOLE, f"{10**400}"), ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"),
-    ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
+    ({"order": 2**32 + 4}, "integrator order", "a whole number from ", f"{2**32 + 4}"),
+    ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"), ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
     ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous")])
 def test_changes_are_refused(change, place, expected, found):
-    """The constructor refuses what `replace` refuses."""
+    """The constructor refuses what `replace` refuses, unless the default step is shorter than that of the exercise."""
     case = ldbench.Case.exercise(1)
-    for make in case.replace, ldbench.Case:
-        if place == "output interval" and make is ldbench.Case:
-            continue            # the default step is shorter than that of the exercise
+    for make in (case.replace, ldbench.Case)[:1 if place == "output interval" else 2]:
         with pytest.raises(ldbench.Error) as error:
             make(**change)
         told = error.value
@@ -202,13 +193,13 @@ def test_changes_are_refused(change, place, expected, found):
     ids=["strip", "explicit", "ramp"])
 def test_file_and_summary_are_the_executables(case, tmp_path):
     reference = tmp_path/"executable.txt"
-    case = case.replace(output_file=reference)
+    case = case.replace(output_file=reference, table_file=kept_tables()/f"{case.case_name}_{case.model}.table")
     case.to_namelist(tmp_path/"case.nml")
     done = subprocess.run([LDBENCH, tmp_path/"case.nml"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, done.stderr
     run = ldbench.run(case)
     assert Path(run.write(tmp_path / "python.txt")).read_bytes() == reference.read_bytes()
-    ours, theirs = (re.sub("processor time.*", "", text) for text in (run.text, done.stdout))
+    ours, theirs = (re.sub("processor time.*|found|built", "", text) for text in (run.text, done.stdout))
     assert ours == theirs
 
 
@@ -235,12 +226,12 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
 
 # One table for many runs
 
-def test_a_table_serves_other_runs(tmp_path):
+def test_a_table_serves_other_runs():
     first = to_flange("aw")
     other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3, scheme="newmark",
                           title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
     table = ldbench.ContactTable(first)
-    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=tmp_path / "own.table"))
+    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=kept_tables()/"short.table"))
     assert shared.data.equals(alone.data)
     assert shared.table.equilibrium == alone.table.equilibrium != table.equilibrium
     assert shared.table.weight == pytest.approx(1600*9.81 + 150e3)
@@ -263,40 +254,23 @@ def test_a_table_that_does_not_fit_is_refused(table, change, place, expected, fo
     assert told.file == table.case.label if place else Path(told.file).name == Path(change["wheel_profile"]).name
 
 
-def test_a_load_beyond_the_table_is_refused(tmp_path):
+def test_a_load_beyond_the_table_is_refused():
     """One wheel is pressed half a millimetre into its rail by 1 MN, two do not carry 3 MN."""
     table = ldbench.ContactTable(coarse(1, "aw", depth=5e-4))
     with pytest.raises(ldbench.Error, match=r"&wheelset vertical_load = 3000000\.0 N: expected an equilibrium") as shared:
         ldbench.run(table.case.replace(vertical_load=3e6), table=table)
     assert (shared.value.group, shared.value.variable, shared.value.file) == ("wheelset", "vertical_load", table.case.label)
-    with pytest.raises(ldbench.Error) as alone:
-        ldbench.run(table.case.replace(vertical_load=3e6, table_file=tmp_path / "own.table"))
-    assert str(alone.value) == str(shared.value)
 
 
-@pytest.mark.parametrize("n_roll", [9, 17, 21, 41, 45, 53])
+@pytest.mark.parametrize("n_roll", [9, 21, 45])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    case = ldbench.Case.exercise(1).replace(model="hertz", n_lateral=20, n_roll=n_roll, n_depth=5, table_file="")
-    table = ldbench.ContactTable(case)
+    table = ldbench.ContactTable(coarse(1, "aw", n_lateral=20, n_roll=n_roll, n_depth=5))
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
 
 
 # Threads, progress, interruption
-
-def test_threads_make_the_same_bytes(tmp_path):
-    cases = [to_flange(pair, output_file=f"{pair}.txt", vY=v) for pair in PAIRS for v in (0.8, 1.0)]
-
-    def write(folder: Path, case: ldbench.Case) -> bytes:
-        folder.mkdir(exist_ok=True)
-        return Path(ldbench.run(case).write(folder / f"{case.output_file}{case.vY}")).read_bytes()
-
-    alone = [write(tmp_path / "alone", case) for case in cases]
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda case: write(tmp_path / "together", case), cases))
-    assert together == alone and len(set(alone)) == len(cases)
-
 
 class Enough(Exception):
     pass
@@ -320,12 +294,11 @@ def test_progress_of_a_run_grows_until_an_exception_stops_it(tmp_path):
 
 
 def test_an_exception_in_progress_stops_a_table(tmp_path):
-    """Half-spaces take it many seconds; should a machine have done with them, hours of integration follow."""
     def stop(stage: str, share: float) -> None:
         raise Enough
 
     with pytest.raises(Enough):
-        ldbench.run(endless(tmp_path, model="halfspace", table_file=tmp_path / "aw.table"), progress=stop)
+        ldbench.ContactTable(coarse(1, "aw", model="halfspace", table_file=tmp_path / "aw.table"), progress=stop)
     assert not list(tmp_path.iterdir())
 
 
@@ -342,7 +315,7 @@ except KeyboardInterrupt:
 
 def test_control_c_stops_a_run_cleanly(tmp_path):
     """And the process goes on: a further run works."""
-    endless(tmp_path).to_namelist(tmp_path / "case.nml")
+    endless(tmp_path, table_file=kept_tables()/"short.table").to_namelist(tmp_path / "case.nml")
     process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path / "case.nml"], cwd=tmp_path, text=True,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout.readline() == "running\n"
@@ -384,26 +357,21 @@ def test_shapes_follow_the_poses(table):
 def test_poses_off_the_table_are_refused_or_nan(table):
     z = table.equilibrium
     y, deep, roll = np.array([0, 0.12, 0, 0]), np.array([0, 0, -0.005, 0]), np.array([0, 0, 0, 0.55])
-    for k, variable in enumerate(("lateral = 0.08 m", "depth = 0.0022 m", "roll = 0.5 rad"), 1):
+    off = [(y[1], z, 0, "lateral = 0.08 m"), (0, z + deep[2], 0, "depth = 0.0022 m"), (0, z, roll[3], "roll = 0.5 rad"),
+           (0, -5, 0, "drop = 0.01 m")]
+    for *pose, variable in off:
         with pytest.raises(ldbench.Error, match=f"expected poses within &table {variable}, found y = .* outside"):
-            table.force(y[k], z + deep[k], roll[k])
-    with pytest.raises(ldbench.Error, match=r"within &table drop = 0.01 m, found y = 0.0 m, z = -5.0 m"):
-        table.force(0, -5, 0)
+            table.force(*pose)
     for function in table.potential, table.force, table.tangent, table.forces_by_contact:
         values = function(y, z + deep, roll, outside="nan")
         assert np.isfinite(values[0]).all() and np.isnan(values[1:]).all()
     assert table.potential(0, z + 1.0, 0) == 0, "in the air there is no contact, wherever"
-
-
-@pytest.mark.parametrize("k", range(3))
-@pytest.mark.parametrize("lift", [0.0, 1.0])
-@pytest.mark.parametrize("number", [np.nan, -np.inf])
-def test_what_is_no_number_is_no_pose(k, lift, number, table):
-    pose = [0.0, table.equilibrium + lift, 0.0]
-    pose[k] = number
-    with pytest.raises(ldbench.Error, match=f"expected finite numbers, found the pose .*{number}"):
-        table.force(*pose)
-    assert np.isnan(table.force(*pose, outside="nan")).all()
+    for lift, k, number in itertools.product((0.0, 1.0), range(3), (np.nan, -np.inf)):
+        pose = [0.0, z + lift, 0.0]
+        pose[k] = number
+        with pytest.raises(ldbench.Error, match=f"expected finite numbers, found the pose .*{number}"):
+            table.force(*pose)
+        assert np.isnan(table.force(*pose, outside="nan")).all()
 
 
 def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
@@ -415,29 +383,6 @@ def test_geometry_is_that_of_the_geometry_file(table, tmp_path):
 
 
 # Column files
-
-FOREIGN = ("% my code\n% t ylat phi\n% s mm mrad\n0 1.5 -2\n\n1D-3 2.5 -4\n",
-           "made by X; version 3\nt;ylat;phi\ns;mm;mrad\n0;1.5;-2;\n1e-3;2.5;-4;\n",
-           "\ufeff t\tylat [mm]\tphi [mrad]\r\n0\t1,5\t-2\r\n0,001\t2,5\t-4\r\n")
-
-
-@pytest.mark.parametrize("content", FOREIGN, ids=["units in a comment", "line of units", "units in brackets, decimal commas"])
-def test_other_codes_columns(content, tmp_path):
-    """As they are, and by a map; stranger_files.py has more forms."""
-    path = tmp_path / "theirs.csv"
-    path.write_bytes(content.encode())
-    plain = ldbench.read_columns(path)
-    assert plain.attrs["units"] in ({"t": "s", "ylat": "m", "phi": "rad"}, {"t": "", "ylat": "m", "phi": "rad"})
-    np.testing.assert_allclose(plain, [[0, 1.5e-3, -2e-3], [1e-3, 2.5e-3, -4e-3]], rtol=1e-15)
-    ours = tmp_path / "map.toml"
-    ours.write_text('\ufefftime = "t"\nY = "ylat"\nroll = { column = "phi", factor = -1 }\n')
-    mapped = ldbench.read_columns(path, ours)
-    assert list(mapped) == ["time", "Y", "roll"]
-    np.testing.assert_allclose(mapped, [[0, 1.5e-3, 2e-3], [1e-3, 2.5e-3, 4e-3]], rtol=1e-15)
-    ours.write_text("Y = " + 5000*"[")
-    with pytest.raises(ldbench.Error, match=r"map.toml: expected TOML, found brackets within brackets beyond all use"):
-        ldbench.read_columns(path, ours)
-
 
 def test_column_map_sets_units_signs_and_datum(tmp_path):
     path = tmp_path / "theirs.txt"
@@ -455,17 +400,16 @@ FACTS = "column, unit, factor, offset"
 
 @pytest.mark.parametrize(("content", "columns", "line", "expected", "found"), [
     ("", None, None, "rows of numbers", "none"), ("0 1\n1 2\n", None, None, "a line with the names of 2 columns", "none"),
-    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"), ("t Y\n0 1\n1 2 3\n", None, 3, "2 numbers", "'1 2 3'"),
-    ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"), ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
+    ("t Y\n0 1\n1 x\n", None, 3, "2 numbers", "'1 x'"), ("t Y\n0 1\n1 2\n3", None, 4, "2 numbers", "'3'"),
+    ("t Y\n0 1\n1 2 end of file\n", None, 3, "2 numbers", "'1 2 end of file'"),
     ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, 3, "3 numbers", "'1 2'"), ("t Y\n0 1x\n1 2\n", None, 2, "2 numbers", "'0 1x'"),
     ("t Y\n# s m\n0 1 1\n1 2\n", None, None, "a line with the names of 3 columns", "none"),
-    ("t;Y\ns;mm\n0,1;1..5\n0,2;2,5\n", None, 3, "2 numbers", "'0,1;1..5'"), ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
-    ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"),
+    ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"), ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
     ("t Y Y\n0 1 2\n", None, None, "one column Y", "2; a map may tell them apart by their numbers"),
     ("t Y\n0 1\n", {"Y": "ylat"}, None, "a column ylat", "t, Y"), ("t Y\n0 1\n", {"Y": 3}, None, "a column 3", "t, Y"),
     ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, None, "a unit among 1, -, s", "furlong"),
     *(("t Y\n0 1\n", {"Y": wrong}, None, FACTS, str(wrong)) for wrong in (
-        2.0, {"name": "Y"}, {"column": "Y", "unit": 1}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")}))])
+        2.0, {"name": "Y"}, {"column": "Y", "factor": "2"}, {"column": "Y", "offset": float("nan")}))])
 def test_unreadable_columns_are_refused(content, columns, line, expected, found, tmp_path):
     (tmp_path / "a.txt").write_text(content)
     with pytest.raises(ldbench.Error) as error:
@@ -480,35 +424,30 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
 
 def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
     file, namelist = tmp_path/"columns.txt", str(tmp_path/"case.nml")
-    coarse(3, "aw", t_end=1e-3, table_file=tmp_path/"aw.table", output_file=file).to_namelist(namelist)
+    coarse(3, "aw", t_end=1e-3, table_file=kept_tables()/"short.table", output_file=file).to_namelist(namelist)
     assert main(["run", namelist]) == 0
     earlier = file.read_bytes()
     capsys.readouterr()
     assert main(["run", namelist, "--set", "vY=0.9"]) == 1
     assert capsys.readouterr().err == (f"ldbench: error: {namelist}: expected -o FILE with --set, found none: "
                                        f"{file} is the file of the unchanged case\n")
-    read = ldbench.Case.from_namelist(namelist)
-    for changed in read.replace(vY=0.9), ldbench.read_run(file).case.replace(vY=0.8).replace(vY=0.9):
+    for changed in ldbench.Case.from_namelist(namelist).replace(vY=0.9), ldbench.read_run(file).case.replace(vY=0.9):
         with pytest.raises(ldbench.Error, match=r"expected a path, .*columns.txt is the file of the unchanged case"):
             pickle.loads(pickle.dumps(ldbench.run(changed))).write()
     assert file.read_bytes() == earlier
     assert main(["run", namelist, "--set", "vY=0.9", "--set", f"output_file={tmp_path}/other.txt"]) == 0
     assert main(["run", namelist, *"--set=VY=0.6 --set=vY=0.5 --set=VY=0.7 -o".split(), f"{tmp_path}/last.txt"]) == 0
     assert [ldbench.read_run(tmp_path/f"{name}.txt").case.vY for name in ("columns", "other", "last")] == [1.0, 0.9, 0.7]
-    for case in read, read.replace(rows="interval"), read.replace(vY=0.9, output_file=tmp_path/"third.txt"):
-        assert ldbench.run(case).write() == case.output_file
 
 
 def test_variables_command(capsys):
     """The command lists all variables, a group or some, each with default, range and meaning."""
-    assert main(["variables"]) == 0
-    every = capsys.readouterr().out
+    said = []
+    for words in [], ["initial_roll", "MASS"], ["&integrator"]:
+        assert main(["variables", *words]) == 0
+        said.append(capsys.readouterr().out)
+    every, chosen, group = said
     assert [line.split()[0] for line in every.splitlines() if re.match(r"  \S+ = ", line)] == [v.name for v in variables()]
     assert all(v.range in every and v.meaning in every for v in variables())
-    assert main(["variables", "initial_roll", "MASS"]) == 0
-    chosen = capsys.readouterr().out
     assert [line for line in chosen.splitlines() if line.startswith("&")] == ["&wheelset", "&initial"]
-    assert main(["variables", "&integrator"]) == 0
-    group = capsys.readouterr().out
     assert group.startswith("&integrator\n") and group in every and len(re.findall("^&", group, re.M)) == 1
-    assert command_error("variables", "masss").found == "masss; mass is the nearest"

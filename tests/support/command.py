@@ -14,11 +14,9 @@ from ldbench._core.files import complete
 OUTPUTS = Path("outputs")
 
 
-def arguments(program: str, about: str, sections: Sequence[str], **forms: str) -> argparse.Namespace:
-    """The options of a program; `forms` says what another form, such as `full`, adds. OUTPUTS is there afterwards."""
+def arguments(program: str, about: str, sections: Sequence[str]) -> argparse.Namespace:
+    """The options of a program. OUTPUTS is there afterwards."""
     parser = argparse.ArgumentParser(prog=program, description=about.split("\n")[0])
-    for form, text in forms.items():
-        parser.add_argument(f"--{form}", action="store_true", help=text)
     parser.add_argument("--only", nargs="+", choices=sections, default=sections, help="these sections only")
     OUTPUTS.mkdir(exist_ok=True)
     return parser.parse_args()

@@ -5,7 +5,6 @@ A failure is a crash, a hang, a traceback, an error of more than one line, a fil
 nonsense. Children do many inputs each and say which one they begin; of one that dies or is silent, that was the last.
 
 usage: PYTHONPATH=profiles python tests/support/fuzz.py [N] [--seed FIRST] [--jobs PROCESSES]      (make fuzz N=100000)
-The input of one seed again: PYTHONPATH=profiles python tests/support/fuzz.py 1 --seed SEED --keep FOLDER
 """
 from __future__ import annotations
 
@@ -17,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -39,55 +39,33 @@ TOKENS = [b"", b"0", b"-0", b"1", b"-1", b"1e308", b"-1e308", b"1e-320", b"9e999
 def mutate(data: bytes, rng: random.Random) -> bytes:
     """One to six changes of bytes, words and lines."""
     for _ in range(rng.choice([1, 1, 1, 2, 3, 6])):
-        what = rng.randrange(10)
         at, lines = rng.randrange(len(data) + 1), data.split(b"\n")
         k, j = rng.randrange(len(lines)), rng.randrange(len(lines))
-        if what == 0:
-            data = data[:at] + rng.choice(TOKENS) + data[at:]
-        elif what == 1:
-            data = data[:at] + bytes([rng.randrange(256)]) + data[at + 1:]
-        elif what == 2:
-            data = data[:at] + data[at + rng.choice([1, 1, 2, 5, 100]):]
-        elif what == 3:
-            data = data[:at]
-        elif what == 4:
-            lines[k], lines[j] = lines[j], lines[k]
-            data = b"\n".join(lines)
-        elif what == 5:
-            data = b"\n".join(lines[:k] + lines[j:j + rng.choice([1, 1, 3, 20])] + lines[k:])
-        elif what == 6:
-            data = b"\n".join(lines[:k] + lines[k + rng.choice([1, 1, 2, 30]):])
-        elif what == 7:
-            data = data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1:] if at < len(data) else data
-        else:                   # a word of a line is another one
-            words = lines[k].split(b" ")
-            words[rng.randrange(len(words))] = rng.choice([*TOKENS, *lines[j].split(b" ")])
-            lines[k] = b" ".join(words)
-            data = b"\n".join(lines)
+        words = lines[k].split(b" ")
+        words[rng.randrange(len(words))] = rng.choice([*TOKENS, *lines[j].split(b" ")])
+        other_word = b"\n".join([*lines[:k], b" ".join(words), *lines[k + 1:]])
+        data = rng.choice([
+            data[:at] + rng.choice(TOKENS) + data[at:],
+            data[:at] + bytes([rng.randrange(256)]) + data[at + 1:],
+            data[:at] + data[at + rng.choice([1, 1, 2, 5, 100]):],
+            data[:at],
+            b"\n".join([*lines[:k], lines[j], *lines[k + 1:]]),
+            b"\n".join(lines[:k] + lines[j:j + rng.choice([1, 1, 3, 20])] + lines[k:]),
+            b"\n".join(lines[:k] + lines[k + rng.choice([1, 1, 2, 30]):]),
+            data[:at] + bytes([(data + b"\0")[at] ^ 1 << rng.randrange(8)]) + data[at + 1:],
+            other_word, other_word])
     return data
 
 
-def spreadsheets(data: bytes) -> list[bytes]:
-    """A file with commas as Excel writes it: with a mark of the order of bytes, decimal commas, tabs."""
-    semicolons = data.replace(b",", b";").replace(b".", b",")
-    return [b"\xef\xbb\xbf" + semicolons.replace(b"\n", b"\r\n"), semicolons.replace(b";", b"\t")]
-
-
-def checksum(words: tuple[int, ...]) -> int:
-    """That of a table's file: fortran/table/table_file.f90."""
-    mix, all_bits = 0, 2**64 - 1
-    for word in words:
+def with_checksum(data: bytes) -> bytes:
+    """A table's file that is told to be whole, whatever it holds: the checksum of fortran/table/table_file.f90."""
+    words, mix, all_bits = struct.unpack(f"={len(data)//8}Q", data[:len(data)//8*8]), 0, 2**64 - 1
+    for word in words[:-1]:
         mix ^= word
         mix ^= mix << 13 & all_bits
         mix ^= mix >> 7
         mix ^= mix << 17 & all_bits
-    return mix
-
-
-def with_checksum(data: bytes) -> bytes:
-    """A table's file that is told to be whole, whatever it holds."""
-    words = struct.unpack(f"={len(data)//8}Q", data[:len(data)//8*8])
-    return data[:len(words)*8 - 8] + struct.pack("=Q", checksum(words[:-1]))
+    return data[:len(words)*8 - 8] + struct.pack("=Q", mix)
 
 
 def check_message(message: str) -> None:
@@ -97,13 +75,11 @@ def check_message(message: str) -> None:
 class Child:
     """What a process needs to do many inputs."""
 
-    def __init__(self, folder: Path, keep: bool = False) -> None:
-        """keep: what the inputs leave."""
+    def __init__(self, folder: Path) -> None:
         import ldbench  # not where the parent only counts
 
         self.ldbench = ldbench
         self.folder = folder
-        self.keep = keep
         inputs = [(REPO/"inputs"/f"{name}.nml").read_bytes() for name in CASES]
         made = short_case(Path(), contact={"model": "strip"}, initial={"vY": 0.5}).encode()
         self.namelists = [*inputs, made, namelist(contact={"formulation": "unilateral"}, initial={"vY": -0.2}).encode()]
@@ -121,8 +97,8 @@ class Child:
               for mark, names, units in ((",", ["t [s]", "ylat [mm]", "phi", "N"], ""),
                                          (";", ["t", "ylat", "phi", "N"], "s;mm;mrad;kN\n"),
                                          (" ", ["t", "ylat", "phi", "N"], "# s mm mrad kN\n")))]
-        for text in spreadsheets(self.columns[0]):
-            self.columns.append(text)
+        semicolons = self.columns[0].replace(b",", b";").replace(b".", b",")       # as Excel writes it, also with tabs
+        self.columns += [b"\xef\xbb\xbf" + semicolons.replace(b"\n", b"\r\n"), semicolons.replace(b";", b"\t")]
         self.map = (b'time = "t"\nY = { column = "ylat", unit = "mm" }\nroll = { column = "phi", unit = "mrad", factor = -1 }\n'
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
         (folder/"other.csv").write_bytes(self.columns[1])
@@ -138,8 +114,8 @@ class Child:
             self.ours.append(Path(run.write(folder/name)).read_bytes())
         self.known = self._listing()
 
-    def _listing(self) -> list[str]:
-        return sorted(path.name for path in self.folder.iterdir())
+    def _listing(self) -> set[str]:
+        return {path.name for path in self.folder.iterdir()}
 
     def _load(self, path: Path) -> str:
         print(path, file=self.tables.stdin, flush=True)
@@ -155,9 +131,8 @@ class Child:
         except self.ldbench.Error as error:
             check_message(str(error))
         for left in ("mutant", "columns.txt"):
-            if not self.keep:
-                (self.folder/left).unlink(missing_ok=True)
-        assert self.keep or self._listing() == self.known, f"files made: {self._listing()}"
+            (self.folder/left).unlink(missing_ok=True)
+        assert self._listing() == self.known, f"files made: {self._listing()}"
 
     def mutant(self, data: bytes) -> Path:
         path = self.folder/"mutant"
@@ -287,7 +262,11 @@ def be_child(seeds: range) -> None:
     print("end", flush=True)
 
 
-def watch(seeds: range) -> list[str]:
+def failure(seed: str | int, text: str) -> str:
+    return f"{seed} {KINDS[int(seed) % len(KINDS)]}: {text}"
+
+
+def fuzz(seeds: range) -> list[str]:
     """Failures of some inputs, done by children; the next child goes on after the input that one died of."""
     failures: list[str] = []
     while seeds:
@@ -309,42 +288,21 @@ def watch(seeds: range) -> list[str]:
     return failures
 
 
-def failure(seed: str | int, text: str) -> str:
-    return f"{seed} {KINDS[int(seed) % len(KINDS)]}: {text}"
-
-
-def fuzz(n: int, first: int, jobs: int, tell: Callable[[int, list[str]], None] = lambda done, found: None) -> list[str]:
-    """Failures of inputs first ... first + n - 1."""
-    from concurrent.futures import ThreadPoolExecutor
-
-    pieces = [range(k, min(k + BATCH, first + n)) for k in range(first, first + n, BATCH)]
-    failures, done = [], 0
-    with ThreadPoolExecutor(jobs) as pool:
-        for piece, found in zip(pieces, pool.map(watch, pieces), strict=True):
-            failures += found
-            done += len(piece)
-            tell(done, found)
-    return failures
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("n", type=int, nargs="?", default=2000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--keep", type=Path)
     args = parser.parse_args()
-    if args.keep:
-        args.keep.mkdir(exist_ok=True)
-        Child(args.keep, keep=True).run(args.seed)
-        return 0
-
-    def tell(done: int, found: list[str]) -> None:
-        print("".join(f"\n{failure}" for failure in found) + "\n"*bool(found), end=f"\r{done} inputs", flush=True)
-
-    failures = fuzz(args.n, args.seed, args.jobs, tell)
-    print(f", {len(failures)} failures")
-    return bool(failures)
+    pieces = [range(k, min(k + BATCH, args.seed + args.n)) for k in range(args.seed, args.seed + args.n, BATCH)]
+    count = 0
+    with ThreadPoolExecutor(args.jobs) as pool:
+        for piece, found in zip(pieces, pool.map(fuzz, pieces), strict=True):
+            count += len(found)
+            print("".join(f"\n{failure}" for failure in found) + "\n"*bool(found), end=f"\r{piece.stop - args.seed} inputs",
+                  flush=True)
+    print(f", {count} failures")
+    return bool(count)
 
 
 if __name__ == "__main__":
