@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 import ldbench
-from ldbench.plots.series import ratio_curve
-from ldbench.results.derived import SIDES
 from ldbench.viewer.page import SCRIPTS, wheel_columns
-from running import HANG, Run
+from running import HANG
+from specimen import World
 
 NODE = shutil.which("node")
 FILES = {path.name: path for path in sorted(Path(ldbench.__file__).parents[1].rglob("*.js"))}         # of both packages
@@ -36,18 +35,18 @@ def test_syntax():
     assert ask("syntax", (), files={name: str(path) for name, path in FILES.items()}) == {}
 
 
-def test_loads_of_wheels_are_those_of_the_plots(shipped: dict[str, Run]):
-    """L/V, V and L where a wheel carries little or nothing: the page has the numbers of Python, and none in the same rows."""
-    run = ldbench.read_run(shipped["ex5_sw"].file)
-    loads = wheel_columns(run)
-    rows = np.flatnonzero(np.minimum(loads["Fz_L"], loads["Fz_R"]) < 2e3)
-    found = ask("derive", ("series.js", "derived.js"), exact={name: run.values(name)[rows].tolist() for name in run.data
-                                                              if name[:2] in ("Fy", "Fz")})
-    assert len(rows) > 5000 and set(loads) == {f"{kind}_{side}" for kind in ("LV", "Fz", "Fy") for side in "LR"}
-    for name, x in loads.items():
-        np.testing.assert_array_equal(np.array(found[name], float), x[rows], err_msg=name)
-    for side, wheel in zip("LR", SIDES, strict=True):
-        np.testing.assert_array_equal(loads[f"LV_{side}"], ratio_curve(wheel).values(run))
+def test_loads_of_wheels(world: World):
+    """L/V, V and L: the page and its scripts have the numbers of the rows, none where a wheel carries nothing."""
+    raw = world.pushed
+    loads = wheel_columns(world.run("ex5_aw"))
+    found = ask("derive", ("series.js", "derived.js"), exact={name: x.tolist() for name, x in raw.c.items() if name[:2] in ("Fy", "Fz")})
+    assert set(loads) == {f"{kind}_{side}" for kind in ("LV", "Fz", "Fy") for side in "LR"}
+    for side in "LR":
+        expected = {"LV": raw.ratio(side), "Fz": raw.loads(side), "Fy": raw.c[f"Fy_{side}T"] + raw.c[f"Fy_{side}F"]}
+        assert np.isnan(expected["LV"]).sum() > 100
+        for kind, x in expected.items():
+            for shown in loads, found:
+                np.testing.assert_allclose(np.array(shown[f"{kind}_{side}"], float), x, rtol=1e-12, err_msg=f"{kind}_{side}")
 
 
 # Links

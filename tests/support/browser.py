@@ -18,7 +18,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.support.wait import WebDriverWait
 
 T = TypeVar("T")
-PATIENCE = 600      # until something that should happen counts as not happening [s]
+PATIENCE = 120      # until something that should happen counts as not happening [s]
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars")
 
@@ -76,6 +76,22 @@ class Browser:
         """Addresses that were asked for since the last time."""
         messages = (json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance"))
         return [message["params"]["request"]["url"] for message in messages if message["method"] == "Network.requestWillBeSent"]
+
+    def is_quiet(self, page: Path) -> None:
+        """Check that nothing was said, and that nothing but the page was asked for."""
+        assert self.log() == []
+        assert {url.partition("#")[0] for url in self.requests() if not url.startswith("data:")} == {page.as_uri()}
+
+    def mouse(self, kind: str, x: float, y: float, pressed: bool = True, **more: object) -> None:
+        """An event of the mouse, with its left button pressed or not."""
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
+            "type": kind, "x": x, "y": y, "button": "left" if pressed else "none", "buttons": int(pressed), "clickCount": 1, **more})
+
+    def box_of(self, chart: int) -> list[float]:
+        """Left, right, top and bottom of the curves of a chart in the window, to which the page scrolls."""
+        return self.run("""const {canvas, box} = ldbench.charts[arguments[0]]; canvas.scrollIntoView({block: 'center'});
+          const place = canvas.getBoundingClientRect();
+          return [place.x + box.left, place.x + box.right, place.y + box.top, place.y + box.bottom]""", chart)
 
 
 def facts(page: Path) -> dict:
