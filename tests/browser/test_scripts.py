@@ -39,7 +39,8 @@ def test_loads_of_wheels(world: World):
     """L/V, V and L: the page and its scripts have the numbers of the rows, none where a wheel carries nothing."""
     raw = world.pushed
     loads = wheel_columns(world.run("ex5_aw"))
-    found = ask("derive", ("series.js", "derived.js"), exact={name: x.tolist() for name, x in raw.c.items() if name[:2] in ("Fy", "Fz")})
+    forces = {name: x.tolist() for name, x in raw.c.items() if name[:2] in ("Fy", "Fz")}
+    found = ask("derive", ("series.js", "derived.js"), exact=forces)
     assert set(loads) == {f"{kind}_{side}" for kind in ("LV", "Fz", "Fy") for side in "LR"}
     for side in "LR":
         expected = {"LV": raw.ratio(side), "Fz": raw.loads(side), "Fy": raw.c[f"Fy_{side}T"] + raw.c[f"Fy_{side}F"]}
@@ -85,13 +86,3 @@ def test_links_lead_to_what_they_were_made_of():
         assert found["shown"] == moment["names"], link
         assert found.get("view", "whole") == moment["view"]
         assert found["time"] == pytest.approx(moment["t"], rel=5e-9)
-
-
-def test_charts_in_an_address_are_read_again():
-    """Whatever the names of the columns."""
-    states = [{"names": [name, "Y"], "mode": ("values", "difference")[k % 2], "over": "" if k % 2 else name, "log": k % 3 == 0,
-               "limits": None if k % 4 else [-1.5e-9, 2.25], "acrossLimits": None} for k, name in enumerate(HOSTILE[:-1])]
-    for state, found in zip(states, ask("charts", SCRIPTS, states=states), strict=True):
-        assert found["names"] == state["names"]
-        assert found.get("mode", "values") == state["mode"] and found.get("over", "") == state["over"]
-        assert found.get("log", False) == state["log"] and found.get("limits") == state["limits"]

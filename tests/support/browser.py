@@ -85,7 +85,8 @@ class Browser:
     def mouse(self, kind: str, x: float, y: float, pressed: bool = True, **more: object) -> None:
         """An event of the mouse, with its left button pressed or not."""
         self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
-            "type": kind, "x": x, "y": y, "button": "left" if pressed else "none", "buttons": int(pressed), "clickCount": 1, **more})
+            "type": kind, "x": x, "y": y, "button": "left" if pressed else "none", "buttons": int(pressed), "clickCount": 1}
+            | more)
 
     def box_of(self, chart: int) -> list[float]:
         """Left, right, top and bottom of the curves of a chart in the window, to which the page scrolls."""
@@ -107,8 +108,8 @@ def go(browser: Browser, t: float) -> None:
 
 
 @contextmanager
-def started(profile: Path, tracing: str = "") -> Iterator[Browser]:
-    """A browser with an empty profile; `tracing` are categories of its own measurements."""
+def started(profile: Path) -> Iterator[Browser]:
+    """A browser with an empty profile."""
     found = find_browser()
     if not found:
         pytest.skip("no chromium with chromedriver: ./bootstrap --browser")
@@ -117,8 +118,6 @@ def started(profile: Path, tracing: str = "") -> Iterator[Browser]:
     for flag in (*FLAGS, f"--user-data-dir={profile}"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    if tracing:
-        options.add_experimental_option("perfLoggingPrefs", {"enableNetwork": True, "traceCategories": tracing})
     driver = webdriver.Chrome(options=options, service=Service(found[1]))
     driver.set_page_load_timeout(PATIENCE)
     driver.set_script_timeout(PATIENCE)

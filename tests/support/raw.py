@@ -127,7 +127,8 @@ class Raw:
         k = int(x.argmax())
         if not 0 < k < len(x) - 1:
             return sign*x[k]
-        a, b, c = np.polyfit(self.t[k - 1:k + 2] - self.t[k], x[k - 1:k + 2], 2)
+        t = (self.t[k - 1:k + 2] - self.t[k])/(self.t[k + 1] - self.t[k - 1])
+        a, b, c = np.polyfit(t, x[k - 1:k + 2], 2)
         return sign*(c - b*b/(4*a) if a < 0 else x[k])
 
     def overlap(self, contact: str, k: int, at_rest: bool = False) -> float:
