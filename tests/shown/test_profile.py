@@ -50,7 +50,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Told:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(command, "pair", pair_once)
-        patch.setattr("ldbench.geometry.pair.FINE_PITCH", 5*FINE_PITCH)     # rows of the geometry, five times as far apart
+        patch.setattr("ldbench.geometry.pair.FINE_PITCH", 10*FINE_PITCH)    # rows of the geometry, ten times as far apart
         for more in (["page.pdf"], ["page.png", "--json"]):
             said.append(io.StringIO())
             with redirect_stdout(said[-1]):
