@@ -51,23 +51,10 @@ function derive(context, {exact}) {
   return Object.fromEntries([...known.keys()].map(name => [name, [...run.exact[name]]]));
 }
 
-// What is wrong with the syntax of files, by their names.
-function syntax(context, {files}) {
-  const wrong = {};
-  for (const [name, path] of Object.entries(files)) {
-    try {
-      new vm.Script(fs.readFileSync(path, "utf8"), {filename: path});
-    } catch (error) {
-      wrong[name] = error.stack;
-    }
-  }
-  return wrong;
-}
-
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {derive, follow, link, syntax}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {derive, follow, link}[question.task](context, question)));
 }
 
 main();

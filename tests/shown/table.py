@@ -35,7 +35,7 @@ COLUMNS = {
            ("contact angle", "angle", "°", DEG), ("lateral position", "y", "mm", MM), ("vertical position", "z", "mm", MM),
            ("rolling radius", "radius", "mm", MM))}}
 
-# The curves of the pages over time: label of the axis, then label of the curve, column and factor.
+# The curves of the pages over time: label of the axis, then label of the curve, columns with + between them, and factor.
 MOTION = {words: {label: (column, factor)} for words, label, column, factor in (
     ("lateral Y [mm]", "lateral Y", "Y", MM), ("dY/dt [m/s]", "dY/dt", "vY", 1), ("d²Y/dt² [m/s²]", "d²Y/dt²", "aY", 1),
     ("vertical Z [mm]", "vertical Z", "Z", MM), ("dZ/dt [m/s]", "dZ/dt", "vZ", 1), ("d²Z/dt² [m/s²]", "d²Z/dt²", "aZ", 1),
@@ -51,6 +51,7 @@ POINTS = {f"{words}, {part}s [{unit}]": {WORDS[c]: (f"{column}_{c}", -MM if c[0]
 ENERGIES = {"kinetic energy [J]": {"lateral": "KE_lat", "vertical": "KE_vert", "roll": "KE_roll"},
             "potential energy [J]": {"gravity": "PE_grav", "vertical load": "PE_load", "elastic left": "PE_elastic_L",
                                      "elastic right": "PE_elastic_R"},
+            "sums [J]": {"kinetic": "KE_lat+KE_vert+KE_roll", "potential": "PE_grav+PE_load+PE_elastic_L+PE_elastic_R"},
             "drift [J]": {"drift": "E_drift"}}
 PANELS = {"motion": MOTION, "contact forces": FORCES, "contact points": POINTS,
           "energy": {words: {label: (column, 1) for label, column in curves.items()} for words, curves in ENERGIES.items()}}

@@ -48,14 +48,15 @@ def test_pages_over_time(page: object, world: World):
     """Each panel and curve that the call asks for; events are marked where they happen."""
     raw, figure = world.thrown, time_page(world.run("ex2_aw"), page)
     axes = by_label(figure)
-    assert set(PANELS[page.title]) == set(axes) - {"sums [J]"}
+    assert set(PANELS[page.title]) == set(axes)
     marks = [next(t for t, kind, _ in raw.events if kind == first) for first in (
         "left flange contact", "centre passage", "right flange contact")]
     for words, curves in PANELS[page.title].items():
         lines = axes[words].get_lines()
         drawn = {line.get_label(): line for line in lines if not line.get_label().startswith("_")}
         for label, (column, factor) in curves.items():
-            np.testing.assert_allclose(drawn[label].get_ydata(), factor*raw.c[column], rtol=1e-12, err_msg=f"{words} {label}")
+            x = factor*sum(raw.c[name] for name in column.split("+"))
+            np.testing.assert_allclose(drawn[label].get_ydata(), x, rtol=1e-12, err_msg=f"{words} {label}")
             np.testing.assert_array_equal(drawn[label].get_xdata(), raw.t)
         assert len(drawn) == len(curves)
         assert sorted(line.get_xdata()[0] for line in lines if line.get_linestyle() == ":") == marks
@@ -107,7 +108,7 @@ def test_portraits_spectra_and_ratio(world: World):
 
 
 def test_ramp_page(world: World):
-    """L/V of both wheels over the lateral force, loads, forces and displacements; Nadal's limits."""
+    """L/V of both wheels over the lateral force, loads, forces and displacements; Nadal's limits; the work of the force."""
     raw, axes = world.pushed, by_label(ramp_page(world.run("ex5_aw")))
     force = KN*raw.c["F_ext"]
     for label, *drawn in (("L/V", raw.ratio("L"), raw.ratio("R")), ("vertical load [kN]", KN*raw.loads("L"), KN*raw.loads("R")),
@@ -118,6 +119,8 @@ def test_ramp_page(world: World):
             f, y = line.get_data()
             np.testing.assert_allclose(y, x[np.searchsorted(force, f)], rtol=1e-9)
             assert np.nanmax(y) == np.nanmax(x) and np.nanmin(y) == np.nanmin(x)
+    work = next(line for line in axes["sums [J]"].get_lines() if line.get_label() == "work of lateral force")
+    np.testing.assert_allclose(work.get_ydata(), raw.c["W_ext"][np.searchsorted(raw.t, work.get_xdata())], rtol=1e-12)
     assert abs(np.nanmax(raw.ratio("L")) - np.nanmax(raw.ratio("R"))) > 0.5, "an exchange would show"
     assert not any(isinstance(one, PolyCollection) for ax in axes.values() for one in ax.collections), "bands are of long runs"
     slope = np.tan(flange_slope())
