@@ -136,9 +136,12 @@ def test_cells_and_peaks_of_the_table_open_their_row(page: Browser, world: World
     page.is_quiet(report)
 
 
-def test_left_is_blue_and_right_is_orange(page: Browser):
+@pytest.mark.parametrize("dark", [False, True])
+def test_left_is_blue_and_right_is_orange(dark: bool, browser: Browser, report: Path):
     """In every chart of one run, the elastic energies too; other curves have neither colour."""
-    looks = page.run("return ldbench.charts.flatMap(chart => chart.lines().map(l => [l.column.name, l.colour]))")
+    browser.size(1366, 860, dark)
+    browser.open(report)
+    looks = browser.run("return ldbench.charts.flatMap(chart => chart.lines().map(l => [l.column.name, l.colour]))")
     assert {"PE_elastic_L", "PE_elastic_R", "N_LF", "N_RT", "Y"} <= {name for name, _ in looks}
     for name, colour in looks:
         red, blue = (int(colour[k:k + 2], 16) for k in (1, 5))

@@ -128,7 +128,7 @@ def test_ramp_page(world: World):
     np.testing.assert_allclose(sorted(levels), sorted((slope - mu)/(1 + mu*slope) for mu in (0.0, 0.3)), rtol=1e-5)
 
 
-# Of an instant -----------------------------------------------------------------------------
+# At an instant -----------------------------------------------------------------------------
 
 def test_impact_page(world: World):
     """Pressure and area over the time of the first contact; arrows are the forces at the contacts on the wheel that is drawn."""
