@@ -1,17 +1,15 @@
 """Chromium and the pages that its tests share."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import ldbench
 from browser import Browser, started
-from ldbench.__main__ import main
-from ldbench.results.run_data import read_data
-from ldbench.viewer import results
-from running import CASES, Run, once
+from running import Run, once
+from specimen import World
 
 
 @pytest.fixture(scope="session")
@@ -29,43 +27,27 @@ def browser(chromium: Browser) -> Browser:
     return chromium
 
 
-def shared_page(folder: Path, write: Callable[[Path], object]) -> Path:
-    """A page that is written once for all workers."""
+@pytest.fixture
+def report(world: World) -> Path:
+    """The page of all runs of the specimen, which shows the thrown wheelset first."""
+    return world.outputs/"ldbench_results.html"
+
+
+def written(folder: Path, *files: Path) -> Path:
+    """The page of runs, written once for all workers."""
     with once(folder) as first:
         if first:
-            write(folder/"page.html")
+            ldbench.view(*files).write(folder/"page.html")
     return folder/"page.html"
 
 
 @pytest.fixture(scope="session")
-def page_of(shipped: dict[str, Run], common: Path) -> Callable[[str], Path]:
-    """The page of a shipped case."""
-    return lambda case: shared_page(common/f"page_{case}", lambda file: ldbench.view(shipped[case].file).write(file))
-
-
-@pytest.fixture(scope="session")
-def one(page_of: Callable[[str], Path]) -> Path:
-    """The page of exercise 1."""
-    return page_of("ex1_aw")
-
-
-@pytest.fixture(scope="session")
-def ex5(page_of: Callable[[str], Path]) -> Path:
+def ex5(chromium: Browser, shipped: dict[str, Run], common: Path) -> Path:
     """The page of the longest run."""
-    return page_of("ex5_aw")
+    return written(common/"page_ex5", shipped["ex5_aw"].file)
 
 
 @pytest.fixture(scope="session")
-def two(shipped: dict[str, Run], common: Path) -> Path:
-    """The page that the command makes of two runs."""
-    def write(file: Path) -> None:
-        assert main(["view", *(str(shipped[case].file) for case in ("ex2_aw", "ex2_sw")), "-o", str(file)]) == 0
-
-    return shared_page(common/"page_two", write)
-
-
-@pytest.fixture(scope="session")
-def all_runs(shipped: dict[str, Run], common: Path) -> Path:
-    """The page of the report."""
-    return shared_page(common/"page_all",
-                       lambda file: results.results_page([read_data(shipped[case].file) for case in CASES]).write(file))
+def two(chromium: Browser, world: World, common: Path) -> Path:
+    """The page of the thrown wheelset and the faster one."""
+    return written(common/"page_two", world.thrown.file, world.faster.file)

@@ -43,12 +43,6 @@ function link(context, {moments}) {
   return moments.map(({t, names, view}) => address.link(t, names, view));
 }
 
-// Charts in the words of an address, and read again.
-function charts(context, {states}) {
-  const words = vm.runInContext("wordsOfChart", context), read = vm.runInContext("chartOf", context);
-  return states.map(state => read(words(state)));
-}
-
 // The derived columns of some columns.
 function derive(context, {exact}) {
   const known = new Map(Object.keys(exact).map(name => [name, {}]));
@@ -57,23 +51,10 @@ function derive(context, {exact}) {
   return Object.fromEntries([...known.keys()].map(name => [name, [...run.exact[name]]]));
 }
 
-// What is wrong with the syntax of files, by their names.
-function syntax(context, {files}) {
-  const wrong = {};
-  for (const [name, path] of Object.entries(files)) {
-    try {
-      new vm.Script(fs.readFileSync(path, "utf8"), {filename: path});
-    } catch (error) {
-      wrong[name] = error.stack;
-    }
-  }
-  return wrong;
-}
-
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {derive, follow, link, charts, syntax}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {derive, follow, link}[question.task](context, question)));
 }
 
 main();

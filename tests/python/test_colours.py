@@ -54,14 +54,11 @@ LINES = {"runs": [(line.color, line.dashes) for line in style.SERIES],
 
 
 @pytest.mark.parametrize("seen", SEEN_BY)
-@pytest.mark.parametrize("where", PALETTES)
-def test_left_and_right_are_told_apart(where: str, seen: str):
-    for left, right in itertools.product(("LT", "LF"), ("RT", "RF")):
-        assert distance(PALETTES[where][left], PALETTES[where][right], SEEN_BY[seen]) > FAR_APART
-
-
-@pytest.mark.parametrize("seen", SEEN_BY)
-@pytest.mark.parametrize("group", LINES)
-def test_lines_are_told_apart_by_colour_or_dashes(group: str, seen: str):
-    for (one, dashes), (other, others) in itertools.combinations(LINES[group], 2):
-        assert dashes != others or distance(one, other, SEEN_BY[seen]) > APART
+def test_lines_are_told_apart(seen: str):
+    """Left and right by colour, runs and codes by colour or dashes."""
+    for where, palette in PALETTES.items():
+        for left, right in itertools.product(("LT", "LF"), ("RT", "RF")):
+            assert distance(palette[left], palette[right], SEEN_BY[seen]) > FAR_APART, (where, left, right)
+    for group, lines in LINES.items():
+        for (one, dashes), (other, others) in itertools.combinations(lines, 2):
+            assert dashes != others or distance(one, other, SEEN_BY[seen]) > APART, (group, one, other)

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
+import re
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -13,32 +13,20 @@ import pandas as pd
 import pytest
 from pypdf import PdfReader
 
-from invented import altered
+from invented import COARSE, altered
 from ldbench import Case, Error, Event, _core, run
 from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench.report import abstract, formulations, submission
 from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
-from ldbench.results.run_data import RunData, read_data
+from ldbench.results.run_data import read_data
 from ldbench.results.summary import summary_row
-from running import CASES
+from running import CASES, REPO
 from specimen import World
 
-SMALL = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
 SENT = {"ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
 KEPT = {"formulations.json", "twins.json"}
-
-
-@pytest.fixture(scope="module")
-def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Exercise 3 to the first flange contact with both pairs of profiles and coarse tables, reported without pages."""
-    root = tmp_path_factory.mktemp("project")
-    (root/"inputs").mkdir()
-    for pair in ("aw", "sw"):
-        case = Case.exercise(3, pair).replace(model="strip", dt=1e-5, t_end=0.03, table_file=f"outputs/{pair}_strip.table", **SMALL)
-        case.to_namelist(root/f"inputs/ex3_{pair}.nml")
-    assert remake(root) == {"ex3_aw.txt", "ex3_sw.txt", *SENT, *KEPT}
-    return root
+LONG_AGO = 10**9      # [s]
 
 
 def test_products_are_there_and_nothing_else(world: World):
@@ -47,86 +35,63 @@ def test_products_are_there_and_nothing_else(world: World):
     assert {file.name for file in (world.outputs/".ldbench").iterdir()} == KEPT | {f"{name}.stamp" for name in sent | KEPT}
 
 
-def test_plots_have_pages_and_bookmarks(world: World):
-    document = PdfReader(world.outputs/"ldbench_plots.pdf")
-    pages = [page.extract_text() for page in document.pages]
-    chapters = [part for part in document.outline if not isinstance(part, list)]
-    exercises = [f"Exercise {k}, actual profiles (left), simplified profiles (right)" for k in (2, 5)]
-    assert [part.title for part in chapters] == [
-        "Contents", "Summary", "Contact geometry, actual profiles (left), simplified profiles (right)", *exercises,
-        "Elastic contact or constraint equations"]
-    numbers = [document.get_destination_page_number(part) for part in chapters]
-    assert numbers[:4] == [0, 1, 2, 3] and numbers == sorted(numbers)
-    for parts, exercise in zip([part for part in document.outline if isinstance(part, list)][:2], exercises, strict=True):
-        for part in parts:
-            assert f"{exercise}: {part.title}" in pages[document.get_destination_page_number(part)]
-    assert all(f"{k} / {len(pages)}" in page for k, page in enumerate(pages, 1))
-
-
-LONG_AGO = 10**9      # [s]
-
-
-def remake(project: Path) -> set[str]:
-    """Report, without drawing and typesetting; the names of what was written."""
-    outputs = project/"outputs"
-    for file in outputs.rglob("*"):
+def remake() -> set[str]:
+    """Report here, without drawing and typesetting; the names of what was written."""
+    for file in Path("outputs").rglob("*"):
         if file.is_file() and file.suffix != ".stamp":
             os.utime(file, (LONG_AGO, LONG_AGO))
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(project)
         patch.setattr(submission, "drawing", lambda runs, target, *rest: nullcontext(lambda: target.write_text("plots")))
         patch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
         make_report(Path("inputs"), Path("outputs"), jobs=2)
-    return {file.name for file in outputs.rglob("*") if file.is_file() and file.suffix not in (".stamp", ".table")
+    return {file.name for file in Path("outputs").rglob("*") if file.is_file() and file.suffix not in (".stamp", ".table")
             and file.stat().st_mtime != LONG_AGO}
 
 
-def test_up_to_date_is_skipped_and_change_is_not(project: Path, tmp_path: Path):
-    project = Path(shutil.copytree(project, tmp_path/"project"))       # the other tests' stays as it is
-    assert remake(project) == set()
-    inputs = project/"inputs/ex3_sw.nml"
+def test_up_to_date_is_skipped_and_change_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Exercise 3 to the first flange contact, twice with one pair of profiles."""
+    monkeypatch.chdir(tmp_path)
+    Path("inputs").mkdir()
+    profiles = {f"{one}_profile": str(REPO/f"profiles/a{one[0]}prof.yz") for one in ("wheel", "rail")}
+    for pair in ("aw", "sw"):
+        case = Case.exercise(3, pair).replace(**COARSE | {"table_file": "outputs/one.table"}, **profiles, dt=1e-5, t_end=0.03)
+        case.to_namelist(f"inputs/ex3_{pair}.nml")
+    assert remake() == {"ex3_aw.txt", "ex3_sw.txt", *SENT, *KEPT}
+    assert remake() == set()
+    inputs = Path("inputs/ex3_sw.nml")
     Case.from_namelist(inputs).replace(vY=0.9).to_namelist(inputs)
-    assert remake(project) == {"ex3_sw.txt", *SENT, *KEPT}
-    columns = project/"outputs/ex3_aw.txt"
+    assert remake() == {"ex3_sw.txt", *SENT, *KEPT}
+    columns = Path("outputs/ex3_aw.txt")
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
-    assert remake(project) == {"ex3_aw.txt"}      # the same columns again: the rest still holds
+    assert remake() == {"ex3_aw.txt"}      # the same columns again: the rest still holds
 
 
-@pytest.fixture(scope="module")
-def ten(project: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[list[RunData], Path]:
-    """Ten runs with all rows filled, both endings, and every formulation, and their abstract."""
-    runs = {pair: read_data(project/f"outputs/ex3_{pair}.txt") for pair in ("aw", "sw")}
-    ending = {"end": "return to the centre after both flanges"}
-    ten = [altered(runs[name[-2:]], results=ending, name=name) for name in CASES]
-    for k in (8, 9):         # exercise 5: three seconds long, derailed
-        ten[k] = altered(ten[k], {"events": (*ten[k].events, Event(2.987654, "derailment", 271234.0))},
-                         data=ten[k].data.assign(time=100*ten[k].time))
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
-    outcomes = [replace(found, case=name) for name in CASES for found in kept if found.pair == name[-2:]]
+def test_abstract_of_ten_runs(world: World, tmp_path: Path):
+    """Four pages with all authors, columns and figures; however narrow the columns of ten runs are, each cell is one line; a run
+    whose derailment its twin does not share does not tell the load."""
+    alike = {}          # the specimen as if both sides were alike, as they are in the submission
+    for raw in world.thrown, world.pushed:
+        file = tmp_path/"runs"/raw.file.name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(re.sub(r"_profile_right = '.*?'", "_profile_right = ''", raw.text))
+        alike[raw.file.stem] = read_data(file)
+    last = alike["ex5_aw"]
+    events = (*(event for event in last.events if event.kind != "derailment"), Event(2.987654, "derailment", 271234.0))
+    alike["ex5_aw"] = altered(last, {"events": events})
+    ten = {name: "ex5_aw" if name[2] == "5" else "ex2_aw" for name in CASES}
+    runs = [altered(alike[source], name=name) for name, source in ten.items()]
+    kept = outcomes(world)
+    found = [replace(one, case=name, profiles=last.pair) for name in CASES for one in kept if one.case == ten[name]]
+    target = tmp_path/"abstract.pdf"
     written = [{"name": "A. Author", "affiliation": "First Institute"}, {"name": "B. Author", "affiliation": "Second Institute"}]
-    target = tmp_path_factory.mktemp("ten")/"abstract.pdf"
-    abstract.make_abstract(ten, target, outcomes, {"ex5_sw": {"t_derailment": 0.02, "F_derailment": 1500.0}}, written)
-    return ten, target
-
-
-def test_abstract_of_ten_runs_has_four_pages(ten: tuple[list[RunData], Path]):
-    """The abstract has ten columns of results."""
-    file = ten[1]
-    document = PdfReader(file)
-    assert len(document.pages) == 4
-    words = " ".join(" ".join(page.extract_text() for page in document.pages).split())
-    assert all(name in words for name in CASES) and "about 271 kN after about 2.99 s" in words and "~" not in words
-    assert "A. Author" in words and "Second Institute" in words
+    abstract.make_abstract(runs, target, found, {"ex5_sw": {"t_derailment": 0.02, "F_derailment": 1500.0}}, written)
+    pages = [page.extract_text() for page in PdfReader(target).pages]
+    words = " ".join(" ".join(pages).split())
+    assert len(pages) == 4 and all(name in words for name in CASES) and "A. Author" in words and "Second Institute" in words
+    assert "about 271 kN after about 2.99 s" in words and words.count("271.2") == 2 and "~" not in words
     assert all(f"Figure {k}" in words and f"Table {k}" in words for k in (1, 2, 3, 4))
-    assert words.count("271.2 kN") == 1 and words.count("271.2") == 2        # of the other run, in the text and in the table
-    assert list(file.parent.iterdir()) == [file]
-
-
-def test_numbers_of_tables_are_on_one_line(ten: tuple[list[RunData], Path]):
-    """However narrow the columns of ten runs are, each cell is one line."""
-    runs, file = ten
-    lines = "\n".join(page.extract_text() for page in PdfReader(file).pages).splitlines()
-    row = next(line for line in lines if line.startswith("energy drift, relative"))
+    assert set(tmp_path.iterdir()) == {target, tmp_path/"runs"}
+    row = next(line for page in pages for line in page.splitlines() if line.startswith("energy drift, relative"))
     drifts = " ".join(abstract.scientific(summary_row(run)["drift_relative"]) for run in runs)
     plain = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹", "0123456789")       # the text of a PDF may have a raised 1 as any other
     assert row.removeprefix("energy drift, relative").translate(plain).split() == drifts.translate(plain).split()
@@ -138,19 +103,15 @@ def test_authors_come_from_a_file(tmp_path: Path):
     file.write_text('[[author]]\nname = "A. Author"\naffiliation = "Institute, Town"\n[[author]]\nname = "B"\n')
     assert abstract.read_authors(file) == [
         {"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]
-
-
-@pytest.mark.parametrize(("text", "expected", "found"), [
-    ('[[author]]\naffiliation = "Institute"\n', "a name", "none"),
-    ('[[author]]\nname = 3\n', "a text for name or affiliation", "3"),
-    ('author = "A"\n', "tables [[author]]", "str"), ('[[writer]]\nname = "A"\n', "tables [[author]] alone", "another name")])
-def test_wrong_authors_are_told(text: str, expected: str, found: str, tmp_path: Path):
-    file = tmp_path/"authors.toml"
-    file.write_text(text)
-    with pytest.raises(Error) as error:
-        abstract.read_authors(file)
-    assert str(error.value).startswith(f"{file}, ")
-    assert error.value.expected == expected and error.value.found.startswith(found)
+    for text, expected, found in (
+            ('[[author]]\naffiliation = "Institute"\n', "a name", "none"),
+            ('[[author]]\nname = 3\n', "a text for name or affiliation", "3"), ('author = "A"\n', "tables [[author]]", "str"),
+            ('[[writer]]\nname = "A"\n', "tables [[author]] alone", "another name")):
+        file.write_text(text)
+        with pytest.raises(Error) as error:
+            abstract.read_authors(file)
+        assert str(error.value).startswith(f"{file}, ")
+        assert error.value.expected == expected and error.value.found.startswith(found)
 
 
 def test_a_change_of_the_program_makes_its_products_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -168,20 +129,24 @@ def test_a_change_of_the_program_makes_its_products_again(tmp_path: Path, monkey
         assert is_up_to_date(product, {}) == name.endswith(".pyc")
 
 
-def test_values_of_formulations_stand_under_their_pair(project: Path):
+def outcomes(world: World) -> list[formulations.Outcome]:
+    return [formulations.Outcome(**one) for one in json.loads((world.outputs/".ldbench/formulations.json").read_text())]
+
+
+def test_values_of_formulations_stand_under_their_pair(world: World):
     """Each value in the row of its result and in the column of its pair and formulation."""
-    kept = [formulations.Outcome(**o) for o in json.loads((project/"outputs/.ldbench/formulations.json").read_text())]
-    found = [replace(o, results={**o.results, "Y_max": 1e-3*(k + 1)}) for k, o in enumerate(kept)]
+    both = [replace(one, case=name) for name in ("ex2_aw", "ex2_sw") for one in outcomes(world) if one.exercise == 2]
+    found = [replace(one, results={**one.results, "Y_max": 1e-3*(k + 1)}) for k, one in enumerate(both)]
     texts = formulations.values_page(found).axes[0].texts
     row = next(text.get_position()[1] for text in texts if text.get_text() == "largest Y [mm]")
     cells = sorted((text.get_position()[0], text.get_text()) for text in texts if text.get_position()[1] == row)
-    assert [words for _, words in cells] == ["largest Y [mm]", *(f"{k + 1:#.4g}" for k in range(len(kept)))]
+    assert [words for _, words in cells] == ["largest Y [mm]", *(f"{k + 1:#.4g}" for k in range(10))]
     heads = [text for text in texts if text.get_text() in ("elastic", "bilateral", "e = 1", "e = 0.5", "e = 0")]
     assert [text.get_text() for text in heads] == 2*["elastic", "bilateral", "e = 1", "e = 0.5", "e = 0"]
     assert [text.get_position()[0] for text in heads] == [x for x, _ in cells[1:]]
 
 
-def test_results_that_a_twin_does_not_share_are_chaotic():
+def test_results_that_a_twin_does_not_share_are_chaotic(world: World, tmp_path: Path):
     """Numbers, counts, and what happens to one of two; exactness and the start itself do not count."""
     row = {"case": "ex1_aw", "t_return": 0.1, "peak_N_LF": 100e3, "t_first_LF": 0.02, "Y_min": 0.0, "t_derailment": None,
            "n_left_flange_contact": 1, "drift": 1e-9, "F_derailment": np.nan}
@@ -190,19 +155,17 @@ def test_results_that_a_twin_does_not_share_are_chaotic():
     assert submission.chaotic_results(row, twin) == {
         "t_return": pytest.approx(2e-4), "t_derailment": np.inf, "n_left_flange_contact": 1.0}
     assert submission.chaotic_results(row, dict(row)) == {}
-
-
-def test_summary_names_chaotic_results(tmp_path: Path, project: Path):
-    runs = [read_data(project/f"outputs/ex3_{pair}.txt") for pair in ("aw", "sw")]
-    submission.write_summary(runs, tmp_path/"summary.csv", {"ex3_sw": {"Z_max": 1e-3, "t": 0.1}})
+    runs = [world.run("ex3_aw"), world.run("ex2_aw")]
+    submission.write_summary(runs, tmp_path/"summary.csv", {"ex2_aw": {"Z_max": 1e-3, "t": 0.1}})
     assert list(pd.read_csv(tmp_path/"summary.csv").chaotic.fillna("")) == ["", "Z_max t"]
 
 
-def test_stretches_of_a_run_follow_its_rows(tmp_path: Path):
-    """Computed again from a row on, the motion is that of the run for some hundredths of a second."""
-    case = Case.exercise(5, "aw").replace(model="hertz", **SMALL, table_file="", lateral_ramp=4e5, t_end=0.15,
-                                          interval=1e-3, stop_at="t_end")
-    job = case_job(case, tmp_path)
+def test_a_ramp_is_computed_again_and_derails_at_one_load(tmp_path: Path):
+    """Computed again from a row on, the motion is that of the run for some hundredths of a second. Also without a report, the
+    formulations have the load of the column file."""
+    case = Case.exercise(5, "aw").replace(**COARSE | {"table_file": tmp_path/"aw.table"}, accuracy=0.1, lateral_ramp=4e5,
+                                          interval=1e-3, dt=1e-5)
+    job = case_job(case.replace(t_end=0.15, stop_at="t_end"), tmp_path)
     run_stale([job], 1)
     whole = read_data(job.product)
     first, hardest = submission.first_and_hardest(whole)
@@ -211,17 +174,12 @@ def test_stretches_of_a_run_follow_its_rows(tmp_path: Path):
     for stretch in (first, hardest):
         assert np.diff(stretch.run.time).max() < 2.1e-5 and stretch.start in whole.time
         rows = (whole.time >= stretch.start) & (whole.time <= stretch.start + stretch.run.time[-1])
-        t = whole.time[rows] - stretch.start
         for column, apart in ("Y", 1e-7), ("Z", 1e-7), ("roll", 1e-7), ("F_ext", 1.0):
-            again = np.interp(t, stretch.run.time, stretch.run.values(column))
+            again = np.interp(whole.time[rows] - stretch.start, stretch.run.time, stretch.run.values(column))
             np.testing.assert_allclose(again, whole.values(column)[rows], atol=apart)
-
-
-def test_exercise_5_derails_at_one_load(tmp_path: Path):
-    """Also without a report, the formulations have the load of the column file; test_places.py has them with a report."""
-    case = Case.exercise(5, "aw").replace(model="hertz", accuracy=0.1, table_file=tmp_path/"aw.table", lateral_ramp=4e6, dt=1e-5,
-                                          interval=1e-3)
-    case.to_namelist(tmp_path/"ex5_aw.nml")
-    found = formulations.outcomes(tmp_path, 2)[0]
+    steep = case.replace(lateral_ramp=4e6)
+    (tmp_path/"inputs").mkdir()
+    steep.to_namelist(tmp_path/"inputs/ex5_aw.nml")
+    found = formulations.outcomes(tmp_path/"inputs", 2)[0]
     assert (found.formulation, found.ending.partition(" over")[0]) == ("elastic", "derails")
-    assert found.results["F_derailment"] == pytest.approx(run(case).first("derailment").force, abs=1)
+    assert found.results["F_derailment"] == pytest.approx(run(steep).first("derailment").force, abs=1)

@@ -13,6 +13,48 @@ from reading import Line
 
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi
 WORDS = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
+CONTACTS = {words: contact for contact, words in WORDS.items()}
+
+# Words of pages and comparisons, and the columns, units and factors that they stand for.
+COLUMNS = {
+    "distance X": ("X", "m", 1), "lateral displacement Y": ("Y", "mm", MM), "vertical displacement Z": ("Z", "mm", MM),
+    "roll Φ": ("roll", "mrad", 1e3), "pitch Ω": ("pitch", "rad", 1), "forward velocity": ("vX", "m/s", 1),
+    "lateral velocity": ("vY", "m/s", 1), "vertical velocity": ("vZ", "m/s", 1), "roll velocity": ("roll_rate", "mrad/s", 1e3),
+    "pitch velocity": ("pitch_rate", "rad/s", 1), "lateral acceleration": ("aY", "m/s²", 1),
+    "vertical acceleration": ("aZ", "m/s²", 1), "roll acceleration": ("roll_acc", "rad/s²", 1),
+    "external lateral force": ("F_ext", "kN", KN), "gyroscopic moment": ("M_gyro", "N·m", 1),
+    "kinetic energy, forward": ("KE_long", "J", 1), "kinetic energy, lateral": ("KE_lat", "J", 1),
+    "kinetic energy, vertical": ("KE_vert", "J", 1), "kinetic energy, roll": ("KE_roll", "J", 1),
+    "kinetic energy, pitch": ("KE_pitch", "J", 1), "potential energy, gravity": ("PE_grav", "J", 1),
+    "potential energy, vertical load": ("PE_load", "J", 1), "elastic energy, left wheel": ("PE_elastic_L", "J", 1),
+    "elastic energy, right wheel": ("PE_elastic_R", "J", 1), "work of the lateral force": ("W_ext", "J", 1),
+    "total energy": ("E_total", "J", 1), "energy drift": ("E_drift", "J", 1),
+    **{f"{what}, {where}": (f"{column}_{contact}", unit, scale) for where, contact in CONTACTS.items()
+       for what, column, unit, scale in (
+           ("normal force", "N", "kN", KN), ("vertical force", "Fz", "kN", KN), ("lateral force", "Fy", "kN", KN),
+           ("contact angle", "angle", "°", DEG), ("lateral position", "y", "mm", MM), ("vertical position", "z", "mm", MM),
+           ("rolling radius", "radius", "mm", MM))}}
+
+# The curves of the pages over time: label of the axis, then label of the curve, columns with + between them, and factor.
+MOTION = {words: {label: (column, factor)} for words, label, column, factor in (
+    ("lateral Y [mm]", "lateral Y", "Y", MM), ("dY/dt [m/s]", "dY/dt", "vY", 1), ("d²Y/dt² [m/s²]", "d²Y/dt²", "aY", 1),
+    ("vertical Z [mm]", "vertical Z", "Z", MM), ("dZ/dt [m/s]", "dZ/dt", "vZ", 1), ("d²Z/dt² [m/s²]", "d²Z/dt²", "aZ", 1),
+    ("roll Φ [mrad]", "roll Φ", "roll", 1e3), ("dΦ/dt [mrad/s]", "dΦ/dt", "roll_rate", 1e3),
+    ("d²Φ/dt² [rad/s²]", "d²Φ/dt²", "roll_acc", 1))}
+FORCES = {f"{words}, {side} wheel [kN]": {WORDS[c]: (f"{column}_{c}", KN) for c in (f"{side[0].upper()}T", f"{side[0].upper()}F")}
+          for words, column in (("normal N", "N"), ("vertical", "Fz"), ("lateral", "Fy")) for side in ("left", "right")}
+POINTS = {f"{words}, {part}s [{unit}]": {WORDS[c]: (f"{column}_{c}", -MM if c[0] == "R" and column == "y" else factor)
+                                         for c in (f"L{part[0].upper()}", f"R{part[0].upper()}")}
+          for words, unit, column, factor in (("angle", "°", "angle", DEG), ("rolling radius", "mm", "radius", MM),
+                                              ("outward y", "mm", "y", MM), ("z", "mm", "z", MM))
+          for part in ("tread", "flange")}
+ENERGIES = {"kinetic energy [J]": {"lateral": "KE_lat", "vertical": "KE_vert", "roll": "KE_roll"},
+            "potential energy [J]": {"gravity": "PE_grav", "vertical load": "PE_load", "elastic left": "PE_elastic_L",
+                                     "elastic right": "PE_elastic_R"},
+            "sums [J]": {"kinetic": "KE_lat+KE_vert+KE_roll", "potential": "PE_grav+PE_load+PE_elastic_L+PE_elastic_R"},
+            "drift [J]": {"drift": "E_drift"}}
+PANELS = {"motion": MOTION, "contact forces": FORCES, "contact points": POINTS,
+          "energy": {words: {label: (column, 1) for label, column in curves.items()} for words, curves in ENERGIES.items()}}
 
 
 class Result(NamedTuple):
@@ -224,12 +266,9 @@ def pictured(raw: Raw) -> list[int]:
     return [first, raw.first_peak("RF") or hardest]
 
 
-# Labels of pages of a run, and the ticks that the text of a PDF has beside its words.
+# Labels of pages of a run.
 PAGE_LABELS = [CRC, r"^Exercise \d, |(?<!^)Exercise \d, actual", r"ldbench \d\.\d\.\d", r"Nadal, friction (?:0\.3|0)",
-               r"friction 0 and 0\.3", r"longest of an instant is 40 mm",
-               r"first 6 of 141", r"^(?:left|right): .*$"]      # test_page_of_impacts
-TICKS = [r"^10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+$", r"^[-−\d. ]+$", r"^[-−\d. ]*(?=[A-Za-zΦ])", r"[-−\d.]+$", r"1e−\d", r"\d+ / \d+",
-         r"(?:\])[-−\d. ]+"]
+               r"friction 0 and 0\.3", r"longest of an instant is 40 mm", r"^(?:left|right): .*$"]      # test_page_of_impacts
 IMPACT = r"^(?:left|right) flange {n} s {n} ms {n} kN {n}° {n} kN·s {n} J {n} → {n} J {n} → {n} J {n} → {n} J".format(n=r"(\S+)")
 
 
@@ -275,7 +314,7 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
                                                      lambda w: raw.t[first["LF"]]),
         "first contact of the right flange, at": Line(r"t = (\S+) s: first contact of the right flange", "picture [s]",
                                                       lambda w: raw.t[first["RF"]]),
-        "hardest contact of the left flange\n": Line(r"t = (\S+) s: hardest contact of the left flange", "picture [s]",
+        "s: hardest contact of": Line(r"t = (\S+) s: hardest contact of the left flange", "picture [s]",
                                                      lambda w: raw.peak("LF")[1], 2e-4),
         "the first 6": Line(r"the first 6 of (\d+)", "contacts of flanges", lambda w: len(raw.episodes("LF")), 0.02),
         "computed again": Line(r"row at t = (\S+) s, with rows every\s+(\S+) µs", "a row [s], interval [µs]: nearest row",

@@ -18,7 +18,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.support.wait import WebDriverWait
 
 T = TypeVar("T")
-PATIENCE = 600      # until something that should happen counts as not happening [s]
+PATIENCE = 120      # until something that should happen counts as not happening [s]
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars")
 
@@ -34,12 +34,11 @@ class Browser:
     def __init__(self, driver: webdriver.Chrome) -> None:
         self.driver = driver
 
-    def size(self, width: int, height: int, mobile: bool = False, dark: bool = False, media: str = "") -> None:
+    def size(self, width: int, height: int, dark: bool = False) -> None:
         """Set the size of the window, and what the system prefers."""
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-            "width": width, "height": height, "deviceScaleFactor": 2 if mobile else 1, "mobile": mobile})
-        self.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": mobile, "maxTouchPoints": 5})
-        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": [
+            "width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
 
     def open(self, page: Path, fragment: str = "") -> None:
@@ -77,6 +76,23 @@ class Browser:
         messages = (json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance"))
         return [message["params"]["request"]["url"] for message in messages if message["method"] == "Network.requestWillBeSent"]
 
+    def is_quiet(self, page: Path) -> None:
+        """Check that nothing was said, and that nothing but the page was asked for."""
+        assert self.log() == []
+        assert {url.partition("#")[0] for url in self.requests() if not url.startswith("data:")} == {page.as_uri()}
+
+    def mouse(self, kind: str, x: float, y: float, pressed: bool = True, **more: object) -> None:
+        """An event of the mouse, with its left button pressed or not."""
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
+            "type": kind, "x": x, "y": y, "button": "left" if pressed else "none", "buttons": int(pressed), "clickCount": 1}
+            | more)
+
+    def box_of(self, chart: int) -> list[float]:
+        """Left, right, top and bottom of the curves of a chart in the window, to which the page scrolls."""
+        return self.run("""const {canvas, box} = ldbench.charts[arguments[0]]; canvas.scrollIntoView({block: 'center'});
+          const place = canvas.getBoundingClientRect();
+          return [place.x + box.left, place.x + box.right, place.y + box.top, place.y + box.bottom]""", chart)
+
 
 def facts(page: Path) -> dict:
     """The facts that a page holds beside the rows of its runs."""
@@ -91,8 +107,8 @@ def go(browser: Browser, t: float) -> None:
 
 
 @contextmanager
-def started(profile: Path, tracing: str = "") -> Iterator[Browser]:
-    """A browser with an empty profile; `tracing` are categories of its own measurements."""
+def started(profile: Path) -> Iterator[Browser]:
+    """A browser with an empty profile."""
     found = find_browser()
     if not found:
         pytest.skip("no chromium with chromedriver: ./bootstrap --browser")
@@ -101,8 +117,6 @@ def started(profile: Path, tracing: str = "") -> Iterator[Browser]:
     for flag in (*FLAGS, f"--user-data-dir={profile}"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    if tracing:
-        options.add_experimental_option("perfLoggingPrefs", {"enableNetwork": True, "traceCategories": tracing})
     driver = webdriver.Chrome(options=options, service=Service(found[1]))
     driver.set_page_load_timeout(PATIENCE)
     driver.set_script_timeout(PATIENCE)

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from probes import gaps, left_rail, left_wheel, profile, turned
 
@@ -80,7 +81,7 @@ class Raw:
         t, n = self.t[rows], self.c[f"N_{contact}"][rows]
         k = rows.start + int(n.argmax())
         found = {"start": t[0], "duration": t[-1] - t[0], "peak": n.max(), "angle": abs(self.c[f"angle_{contact}"][k]),
-                 "impulse": float(np.sum(np.diff(t)*(n[1:] + n[:-1])/2)),
+                 "impulse": float(trapezoid(n, t)),
                  "elastic": (self.c["PE_elastic_L"] + self.c["PE_elastic_R"])[rows].max()}
         for part in "lat", "vert", "roll":
             found |= {f"{part}_before": self.c[f"KE_{part}"][rows][0], f"{part}_after": self.c[f"KE_{part}"][rows][-1]}
@@ -126,7 +127,8 @@ class Raw:
         k = int(x.argmax())
         if not 0 < k < len(x) - 1:
             return sign*x[k]
-        a, b, c = np.polyfit(self.t[k - 1:k + 2] - self.t[k], x[k - 1:k + 2], 2)
+        t = (self.t[k - 1:k + 2] - self.t[k])/(self.t[k + 1] - self.t[k - 1])
+        a, b, c = np.polyfit(t, x[k - 1:k + 2], 2)
         return sign*(c - b*b/(4*a) if a < 0 else x[k])
 
     def overlap(self, contact: str, k: int, at_rest: bool = False) -> float:
@@ -144,6 +146,11 @@ class Raw:
         found = np.abs(self.c["E_drift"]).max()
         kinetic = sum(self.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll"))
         return found, found/(kinetic or np.abs(self.c["W_ext"]).max())
+
+
+def mean_square(t: np.ndarray, x: np.ndarray) -> float:
+    """The mean over time."""
+    return float(trapezoid(x**2, t)/(t[-1] - t[0]))
 
 
 def flange_slope() -> float:

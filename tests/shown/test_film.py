@@ -1,0 +1,126 @@
+"""Pictures and frames of films: what they show of one run and of several, at which scale, and where they look."""
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+import ldbench
+from invented import altered
+from ldbench.__main__ import main
+from ldbench.plots.style import SERIES, ldbench_style
+from ldbench.results.run_data import RunData
+from ldbench.viewer import film
+from ldbench.viewer.film import Picture
+from reading import Line, differing, words_of
+from specimen import World
+from table import DEG, KN, MM, WORDS
+
+
+def drawn(*runs: RunData, end: float = 0.1) -> Picture:
+    with ldbench_style():
+        return Picture(runs, 0.0, end, 1e-3, None)
+
+
+def words(picture: Picture, t: float) -> list[str]:
+    """The texts of a picture at time t."""
+    still = [text.get_text() for text in picture.figure.findobj(Text) if text.get_text()]
+    return still + [words for _, words, _, _ in picture.words(t)]
+
+
+def test_one_run(world: World):
+    """The clock, the pose, curves, below each close-up the forces of the wheel that it shows, and arrows with their scale."""
+    raw = world.thrown
+    picture = drawn(world.run("ex2_aw"), end=raw.t[-1])
+    for name, ax in picture.charts.items():
+        line = next(line for line in ax.get_lines() if line.get_label().endswith(WORDS.get(name[2:], "Y")))
+        assert ("mm" if name == "Y" else "kN") in ax.get_ylabel() + ax.get_title(loc="left")
+        np.testing.assert_allclose(line.get_ydata(), (MM if name == "Y" else KN)*raw.c[name], rtol=1e-12)
+        np.testing.assert_allclose(line.get_xdata(), 1e3*raw.t, rtol=1e-12)
+    for contact in "LF", "RF":
+        k = raw.first_peak(contact)
+        texts = list(picture.words(raw.t[k]))
+        lines = [Line(r"^ *(\S+) ms   1:1,000$", "time [ms], at the speed asked for", lambda w, k=k: 1e3*raw.t[k]),
+                 Line(r"^Y (\S+) mm,  Z (\S+) mm,  Φ (\S+) mrad", "pose [mm, mm, mrad]",
+                      lambda w, k=k: [1e3*raw.c[name][k] for name in ("Y", "Z", "roll")]),
+                 Line(r"flange (\S+) kN at (\S+)°", "force [kN], angle [deg]",
+                      lambda w, k=k, c=contact: (KN*raw.c[f"N_{c}"][k], DEG*raw.c[f"angle_{c}"][k]))]
+        text = "\n".join(words for _, words, *_ in texts) + "\n" + words_of(picture.figure)
+        assert differing(text, lines, world, [r"^Exercise \d", r"^\d+ (?:mm|kN)$"]) == []
+        below = {}
+        for (x, _), text, *_ in texts[2:]:
+            scene = next(scene for scene in picture.scenes[1:] if scene.ax.get_position().x0 < x < scene.ax.get_position().x1)
+            below["left" if min(scene.ax.get_xlim()) > 0 else "right"] = text
+        side, other = ("left", "right") if contact == "LF" else ("right", "left")
+        assert "flange" in below[side] and "flange" not in below[other]
+        for scene in picture.scenes:
+            list(scene.move(raw.t[k]))
+            unit = np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
+            for (_, name), shape in scene.arrows.items():
+                force = np.hypot(raw.c[f"Fy_{name}"][k], raw.c[f"Fz_{name}"][k])
+                corners = shape.get_xy()
+                assert shape.get_visible() == (force > 0)
+                assert force == 0 or np.hypot(*(corners[0] - (corners[3] + corners[4])/2)) == pytest.approx(unit*force, rel=1e-9)
+            assert {f"{KN*scene.scale_force:g} kN", f"{MM*scene.scale_length:g} mm"} <= set(words(picture, raw.t[k]))
+    # Forces after the film do not count for the scale.
+    assert drawn(world.run("ex2_aw"), end=0.01).scenes[1].scale_force < 0.2*picture.scenes[1].scale_force
+
+
+def test_two_runs(world: World):
+    """Both have name, values, colours and rail; the one that has ended says so."""
+    runs, raws = (world.run("ex2_aw"), world.run("ex3_aw")), (world.thrown, world.faster)
+    picture, t = drawn(*runs), world.thrown.peak("LF")[1]
+    said = words(picture, t)
+    for run, raw in zip(runs, raws, strict=True):
+        assert any(text.startswith(f"{run.name}: {run.heading[:20]}") for text in said)
+        assert any(f"Y {1e3*np.interp(t, raw.t, raw.c['Y']):.2f} mm" in text for text in said)
+    colours = [line.color for line in SERIES[:2]]
+    assert [[line.color for line in scene.rails] for scene in picture.scenes] == [colours[:1]]*3       # both have the same rails
+    assert all([line.get_color() for line in chart.get_lines()[:2]] == colours for chart in picture.charts.values())
+    assert raws[1].t[-1] < raws[0].t[-1] and not any("ended" in text for text in said)
+    assert any("ex3_aw" in text and f"ended at {1e3*raws[1].t[-1]:.1f} ms" in text for text in words(picture, raws[0].t[-1]))
+
+
+def test_close_ups_are_where_the_rails_are():
+    """The rail of a side is in the middle of the picture of this side, whatever the gauge."""
+    case = ldbench.Case.exercise(3).replace(formulation="unilateral", gauge=1.668, back_to_back=1.58504, t_end=1e-3, table_file="")
+    picture = drawn(ldbench.run(case), end=1e-3)
+    outlines = picture.actors[0].outlines
+    for scene in picture.scenes[1:]:
+        left, right = sorted(scene.ax.get_xlim())
+        rail = outlines.left.rail[:, 0]*scene.side
+        assert left < rail.min() - 0.02 and rail.max() + 0.02 < right and abs((left + right)/2 - rail.mean()) < 0.02
+    assert np.abs(picture.scenes[0].ax.get_xlim()).min() > outlines.left.wheel[:, 0].max() + 0.05
+
+
+def test_a_rail_that_pulls_is_drawn(world: World):
+    """Contacts of bilateral constraints have negative forces, which point away from the wheel."""
+    run = world.run("ex2_aw")
+    picture = drawn(altered(run, data=run.data.assign(**{c: -run.data[c].abs() for c in ("N_LT", "Fy_LT", "Fz_LT")})))
+    [*picture.scenes[1].move(0.005)]
+    corners = picture.scenes[1].arrows[0, "LT"].get_xy()
+    assert picture.scenes[1].arrows[0, "LT"].get_visible() and corners[0, 1] < corners[3, 1]
+    assert any(text.startswith("tread −") for text in words(picture, 0.005))
+
+
+@pytest.mark.parametrize("ending", ["gif", "mp4"])
+def test_file(ending: str, world: World, tmp_path: Path):
+    """All frames are in the file, and the wheelset moves."""
+    target, rate = tmp_path/f"film.{ending}", film.RATES[f".{ending}"]
+    assert main(["view", str(world.thrown.file), "-o", str(target), "--from", "0.02", "--to", "0.024",
+                 "--speed", str(0.0041/3*rate)]) == 0
+    if ending == "gif":
+        from PIL import Image, ImageSequence
+
+        frames = [np.array(frame.convert("RGB")) for frame in ImageSequence.Iterator(Image.open(target))]
+    else:
+        import imageio_ffmpeg
+
+        reader = imageio_ffmpeg.read_frames(str(target))
+        about = next(reader)
+        assert about["codec"] == "h264" and about["fps"] == rate
+        frames = [np.frombuffer(frame, np.uint8) for frame in reader]
+    assert len(frames) == 4 and all(np.any(a != b) for a, b in pairwise(frames))
