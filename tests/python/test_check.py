@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import json
 from pathlib import Path
 
@@ -23,26 +24,7 @@ from ldbench_round.map_guess import find_time
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import TASKS, Task
 from running import Run
-from stranger_files import (
-    CALL,
-    DEGREES,
-    DOWN,
-    IMPERIAL,
-    MM_KN,
-    MRAD,
-    NAMES,
-    RIGHT,
-    ROLL,
-    SHORT,
-    TWO_LINES,
-    Row,
-    both,
-    names,
-    of,
-    plus,
-    times,
-    unit_of,
-)
+from stranger_files import CALL, DOWN, FAULTLESS, IMPERIAL, MM_KN, MRAD, NAMES, RIGHT, ROLL, Row, both, of, plus, times, unit_of
 
 TASK = Task(2, "aw")
 PLAIN = Row(form={"units": MM_KN})
@@ -63,10 +45,9 @@ def findings_in(file: Path) -> dict[str, Finding]:
 # ---- maps ----------------------------------------------------------------------------
 @pytest.mark.parametrize(("flipped", "zeros", "form"), [
     ({*RIGHT, *of("Fy"), *ROLL}, plus(0.5, "time"), {
-        "units": {**MM_KN, **MRAD, "time": ("ms", 1e3)}, "order": SHUFFLED, "sep": ";", "names": names(
-            "{quantity}{side}{part}", "t, y, z, phi, yd, zd, phid, ydd, zdd, phidd", "gam, Fn, Fy, Fz, yc, zc, rr", "L R", "T F")}),
-    ({*DOWN, *of("Fz")}, plus(0.457, "Z"), {
-        "units": {**IMPERIAL, **DEGREES}, "sep": "\t", "names": SHORT, "head": TWO_LINES, "before": "Results of 31 May 2006\n\n"})])
+        **FAULTLESS["symbols"].form, "units": {**MM_KN, **MRAD, "time": ("ms", 1e3)}, "order": SHUFFLED, "sep": ";"}),
+    ({*DOWN, *of("Fz")}, plus(0.457, "Z"), {"units": {**IMPERIAL, "angle": ("deg", 180/np.pi)}, "before": "31 May 2006\n\n"})],
+    ids=["symbols", "words"])
 def test_the_map_of_a_code_with_names_is_found(flipped: set[str], zeros: Row, form: dict, own: None, another: ldbench.Run,
                                                tmp_path: Path):
     """Order, signs, units, zeros and names are those of another code; steel and contact law, too."""
@@ -131,14 +112,13 @@ def test_mistakes_are_found_in_thousands_of_impacts(hertz_tables: dict[str, Path
         assert mistakes.keys() <= {finding.what for finding in findings if finding.verdict in (FAILED, DOUBTFUL)}
 
 
-@pytest.mark.parametrize("said", ["s", ""])
-@pytest.mark.parametrize(("length", "factor", "unit"), [(54.0, 1.0, "s"), (54.0, 1e3, "ms"), (0.5, 1.0, "s"), (0.05, 1e3, "ms")])
-def test_the_unit_of_the_time_is_that_of_the_length(said: str, length: float, factor: float, unit: str):
+def test_the_unit_of_the_time_is_that_of_the_length():
     """Also where the file states another one; the length is known within a factor of 5."""
-    t = factor*np.linspace(0, length, 100)
-    for expected in (length/5, length, 5*length):
-        found = find_time(Path("x.csv"), RawTable(["t", "y"], [said, "m"], np.column_stack([t, t])), expected)
-        assert (found.unit, found.said) == (unit, said)
+    for length, factor, unit in (54.0, 1.0, "s"), (54.0, 1e3, "ms"), (0.5, 1.0, "s"), (0.05, 1e3, "ms"):
+        t = factor*np.linspace(0, length, 100)
+        for said, expected in itertools.product(["s", ""], [length/5, length, 5*length]):
+            found = find_time(Path("x.csv"), RawTable(["t", "y"], [said, "m"], np.column_stack([t, t])), expected)
+            assert (found.unit, found.said) == (unit, said), (length, expected)
 
 
 @pytest.mark.parametrize(("task", "restitution"), [(TASK, 0.0), (Task(2, "sw"), 1.0)], ids=["plastic", "elastic"])

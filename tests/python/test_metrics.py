@@ -25,7 +25,7 @@ from ldbench_round.own_runs import yardsticks
 from ldbench_round.scores import KINDS, Scores
 from ldbench_round.tasks import MOTION, QUANTITIES, Task
 from running import Run
-from stranger_files import MM_KN, ROLL, Row, both, times
+from stranger_files import KINETIC, MM_KN, ROLL, Row, both, of, swap, times
 from yardsticks import measured_yardstick, rounded
 
 TASK = Task(2, "aw")
@@ -93,8 +93,7 @@ def test_a_shift_of_time(reference: RunData, frame: pd.DataFrame):
 @pytest.mark.parametrize(("factor", "grade"), [(1.0009, 1e-3), (1.09, 0.1)])
 def test_scaled_forces(factor: float, grade: float, reference: RunData, frame: pd.DataFrame):
     """Impulses and peaks are scaled and get the grade; motion, events and durations are as they were."""
-    run = invented_run(frame.assign(**{f"N_{contact}": factor*frame[f"N_{contact}"] for contact in CONTACTS}))
-    found = score(run, reference, TASK)
+    found = score(invented_run(times(factor, *of("N"))(frame)), reference, TASK)
     for kind in ("impulse", "peak"):
         for one in found.of_kind(kind):
             assert one.difference == pytest.approx(abs(factor - 1), rel=1e-4)
@@ -125,17 +124,15 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
     assert more.get("LF 1 impulse").reference == score(reference, reference, TASK).get("LF 1 impulse").reference
 
 
-LEFT_FLANGE = [f"{base}_LF" for base in ("N", "Fy", "Fz", "angle", "y", "z", "radius")]
 SPOILT: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], set[str]]] = {
-    "a flange never touched": (lambda f: f.assign(**{name: 0.0 if name[0] in "NF" else np.nan for name in LEFT_FLANGE}),
-                               {"force", "angle", "place", "radius", "event", "impulse"}),
+    "a flange never touched": (
+        both(times(0.0, "N_LF", "Fy_LF", "Fz_LF"), times(np.nan, "angle_LF", "y_LF", "z_LF", "radius_LF")),
+        {"force", "angle", "place", "radius", "event", "impulse"}),
     "the first 3 ms": (lambda f: f[f.time < 3e-3], {"displacement", "velocity", "acceleration", "contacts", "event", "impulse"}),
-    "angles 1.3 times": (lambda f: f.assign(**{f"angle_{c}": 1.3*f[f"angle_{c}"] for c in CONTACTS}), {"angle"}),
-    "one radius doubled": (lambda f: f.assign(radius_RF=2*f.radius_RF), {"radius"}),
-    "vertical forces exchanged": (lambda f: f.assign(Fz_LT=f.Fz_RT, Fz_RT=f.Fz_LT), {"force"}),
-    "points 5 mm aside": (lambda f: f.assign(y_LF=f.y_LF + 5e-3), {"place"}),
-    "kinetic energy doubled": (lambda f: f.assign(**{name: 2*f[name] for name in ("KE_lat", "KE_vert", "KE_roll")}), {"energy"}),
-    "energy of the load missing": (lambda f: f.assign(PE_load=0.0), {"energy"})}
+    "angles 1.3 times": (times(1.3, *of("angle")), {"angle"}), "one radius doubled": (times(2.0, "radius_RF"), {"radius"}),
+    "vertical forces exchanged": (swap("LT RT", quantities=["Fz"]), {"force"}),
+    "points aside": (lambda f: f.assign(y_LF=f.y_LF + 5e-3), {"place"}),
+    "kinetic energy doubled": (times(2.0, *KINETIC), {"energy"}), "energy of the load missing": (times(0.0, "PE_load"), {"energy"})}
 
 
 @pytest.mark.parametrize("what", SPOILT)
@@ -145,16 +142,15 @@ def test_what_has_no_partner_or_is_wrong_gets_a_bad_grade(what: str, reference: 
     found = score(invented_run(change(frame)), reference, TASK)
     grades = {kind: one.grade for kind in KINDS if (one := found.graded(kind))}
     assert {kind for kind in bad if grades.get(kind) is None} == bad, grades
-    if what != "the first 3 ms":
-        assert {kind for kind, limit in grades.items() if limit is None} <= bad | {"contacts"}, grades
-        assert found.share_of("displacement") > 0.5
-    else:
+    if what == "the first 3 ms":
         assert found.share_of("displacement") == pytest.approx(3e-3/frame.time.iloc[-1], rel=0.1) and found.share_of("event") < 0.1
+    else:
+        assert {kind for kind, limit in grades.items() if limit is None} <= bad | {"contacts"}, grades
 
 
 def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     """Components replace the normal force; a file without forces has motion and passages; a short file ends the scores."""
-    by_parts = score(invented_run(frame.drop(columns=[f"N_{contact}" for contact in CONTACTS])), reference, TASK)
+    by_parts = score(invented_run(frame.drop(columns=of("N"))), reference, TASK)
     assert max(differences(by_parts, "impulse").values()) < 1e-9 and by_parts.share == pytest.approx(1, abs=1e-9)
     bare = score(invented_run(frame[["time", "Y"]]), reference, TASK)
     scored = {one.name for one in bare.scores if np.isfinite(one.difference)}
@@ -216,7 +212,6 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     words = ["score", str(tmp_path/"other.csv"), "--reference", str(folders[1]), "--simulation", "ex2_aw"]
     assert main([*words, "--json"]) == 0
     found, = json.loads(capsys.readouterr().out)["files"]
-    assert found["doubts"] == []
     scores = {one["name"]: one["difference"] for one in found["scores"]}
     assert scores["Y"] < 1e-4 and scores["LF 1 impulse"] < 5e-3 and scores["LF closes 1"] < 1e-3 and found["share"] > 0.98
     assert main(["check", str(tmp_path/"other.csv"), "--simulation", "ex2_aw", "--save-map", str(tmp_path/"map.toml")]) == 0
@@ -225,9 +220,7 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     again, = json.loads(capsys.readouterr().out)["files"]
     assert again["scores"] == found["scores"]
     # Another simulation under this name is scored, with a line for each sign of that.
-    (tmp_path/"ex1_sw.csv").write_bytes((tmp_path/"other.csv").read_bytes())
-    words = ["score", str(tmp_path/"ex1_sw.csv"), "--reference", str(folders[1]), "--map", str(tmp_path/"map.toml")]
-    for simulation, signs in ("ex2_aw", ["a name that says"]), ("ex1_aw", ["a name that says", "initial vY 0.5 instead of 0.1"]):
-        assert main([*words, "--simulation", simulation]) == 0
-        lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  doubtful: ")]
-        assert all(any(sign in line for line in lines) for sign in signs) and (len(lines) == 1) == (simulation == "ex2_aw"), lines
+    file = (tmp_path/"other.csv").rename(tmp_path/"ex1_sw.csv")
+    assert main(["score", str(file), "--reference", str(folders[1]), "--map", str(tmp_path/"map.toml"), "--simulation", "ex1_aw"]) == 0
+    said = capsys.readouterr().out
+    assert "  doubtful: " in said and "a name that says" in said and "initial vY 0.5 instead of 0.1" in said

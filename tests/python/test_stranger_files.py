@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from ldbench import Case, Error, Run, run
-from ldbench_round.check import check_file, read_submitted
+from ldbench_round.check import check_file, check_folder, read_submitted
 from ldbench_round.findings import DOUBTFUL, FAILED, PASSED
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import QUANTITIES, TASKS, Task
@@ -80,6 +80,13 @@ def test_a_plain_file_of_another_exercise_passes(case: str, frame_of: Callable[.
     """So mistakes in it are not found for being there."""
     write(files(Row(), {case: frame_of(case)}), tmp_path)
     assert {finding.verdict for finding in check_file(tmp_path/f"{case}.csv").findings} == {PASSED}
+
+
+def test_a_missing_simulation_is_told(frame_of: Callable[..., pd.DataFrame], tmp_path: Path):
+    """The last one of the mistakes."""
+    write(files(Row(), {task.name: frame_of("ex2_aw").iloc[:2] for task in TASKS if task.name != "ex3_sw"}), tmp_path)
+    finding = check_folder(tmp_path)[1][0]
+    assert (finding.verdict, finding.hint) == (FAILED, "missing: exercise 3, simplified profiles")
 
 
 @pytest.mark.parametrize("style", STYLES if SLOW else ["gensys", "matlab"])
