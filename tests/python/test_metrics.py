@@ -221,6 +221,7 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     assert again["scores"] == found["scores"]
     # Another simulation under this name is scored, with a line for each sign of that.
     file = (tmp_path/"other.csv").rename(tmp_path/"ex1_sw.csv")
-    assert main(["score", str(file), "--reference", str(folders[1]), "--map", str(tmp_path/"map.toml"), "--simulation", "ex1_aw"]) == 0
+    words = ["score", str(file), "--reference", str(folders[1]), "--simulation", "ex1_aw"]
+    assert main([*words, "--map", str(tmp_path/"map.toml")]) == 0
     said = capsys.readouterr().out
     assert "  doubtful: " in said and "a name that says" in said and "initial vY 0.5 instead of 0.1" in said

@@ -25,13 +25,13 @@ for name in "ex2_aw", "ex3_sw":
     own, executables = Path(f"{{name}}.txt"), Path(f"outputs/{{name}}.txt")
     run.write(own)
     program = [Path(sys.executable).with_name("ldbench")]
-    subprocess.run(program, input=Path("{REPO}/inputs", f"{{name}}.nml").read_bytes(), check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(program, input=Path("{REPO}/inputs", name + ".nml").read_bytes(), check=True, stdout=subprocess.DEVNULL)
     written = ldbench.read_columns(executables)
     pandas.testing.assert_frame_equal(ldbench.read_columns(own), written, check_exact=True)
     pandas.testing.assert_frame_equal(written, run.data, rtol=2e-8, atol=0)      # nine digits are written
     assert run.events and run.peak("LF")[0] > 1e5
 assert ldbench.__main__.main(["plot", "outputs/ex2_aw.txt", "outputs/ex3_sw.txt", "-o", "plots.pdf"]) == 0
-print(f"Python {{sys.version.split()[0]}}", *(f"{{one.__name__}} {{one.__version__}}" for one in (numpy, pandas, scipy, matplotlib)))
+print(f"Python {{sys.version.split()[0]}}", *(f"{{x.__name__}} {{x.__version__}}" for x in (numpy, pandas, scipy, matplotlib)))
 """
 
 

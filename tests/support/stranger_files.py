@@ -7,6 +7,7 @@ that judges files. A text is written as UTF-8 without translating line ends, byt
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
@@ -40,37 +41,33 @@ ALL = CALL + ENERGY
 RIGHT, DOWN, ROLL = ["Y", "vY", "aY", *of("y")], ["Z", "vZ", "aZ", *of("z")], ["roll", "roll_rate", "roll_acc"]
 
 # Names of columns --------------------------------------------------------------------------
-WORDS = ("time, lateral displacement, vertical displacement, roll angle, lateral velocity, vertical velocity, roll velocity, "
-         "lateral acceleration, vertical acceleration, roll acceleration")
-ENERGIES = ("kinetic energy lateral, kinetic energy vertical, kinetic energy roll, potential energy gravity, "
-            "potential energy load, elastic energy left, elastic energy right")
-POINTS = "contact angle, normal force, lateral force, vertical force, contact point y, contact point z, rolling radius"
+# Form, names of time and motion, quantities of a contact, sides, parts, and energies, with | between them.
+WORDS = """{side} {part} {quantity} | time, lateral displacement, vertical displacement, roll angle, lateral velocity, vertical
+    velocity, roll velocity, lateral acceleration, vertical acceleration, roll acceleration | contact angle, normal force, lateral
+    force, vertical force, contact point y, contact point z, rolling radius | left right | tread flange | kinetic energy lateral,
+    kinetic energy vertical, kinetic energy roll, potential energy gravity, potential energy load, elastic energy left, elastic
+    energy right"""
 
 
-def names(form: str = "{side} {part} {quantity}", motion: str = WORDS, point: str = POINTS, sides: str = "left right",
-          parts: str = "tread flange", energy: str = ENERGIES) -> dict[str, str]:
-    """The name of every column, from those of the time and the motion, of a contact's quantities, of sides and parts."""
+def names(text: str = "") -> dict[str, str]:
+    """The name of every column, from a text like WORDS, which stands in for parts that are missing or empty."""
+    mine, words = ([" ".join(part.split()) for part in some.split("|")] for some in (text, WORDS))
+    form, motion, point, sides, parts, energy = (own or word for own, word in itertools.zip_longest(mine, words))
     found = dict(zip(("time", *MOTION, *ENERGY), (*motion.split(", "), *energy.split(", ")), strict=True))
-    contacts = [(side, part) for side in sides.split() for part in parts.split()]
+    contacts = zip(CONTACTS, itertools.product(sides.split(), parts.split()), strict=True)
     return found | {f"{quantity}_{contact}": form.format(side=side, part=part, quantity=word)
-                    for quantity, word in zip(POINT, point.split(", "), strict=True)
-                    for contact, (side, part) in zip(CONTACTS, contacts, strict=True)}
-
-
-def naming(text: str) -> dict[str, str]:
-    """The arguments of `names` in a text, with | between them."""
-    return names(*(" ".join(part.split()) for part in text.split("|")))
+                    for contact, (side, part) in contacts for quantity, word in zip(POINT, point.split(", "), strict=True)}
 
 
 PLAIN = names()
 SHORT = {column: name.replace(" ", "_") for column, name in PLAIN.items()}
-FRENCH = naming("""{quantity} {part} roue {side} | temps, déplacement latéral, déplacement vertical, angle de roulis, vitesse
+FRENCH = names("""{quantity} {part} roue {side} | temps, déplacement latéral, déplacement vertical, angle de roulis, vitesse
     latérale, vitesse verticale, vitesse de roulis, accélération latérale, accélération verticale, accélération de roulis | angle
     de contact, effort normal, effort latéral, effort vertical, position latérale du contact, position verticale du contact, rayon
     de roulement | gauche droite | table boudin | énergie cinétique latérale, énergie cinétique verticale, énergie cinétique de
     roulis, énergie potentielle de pesanteur, énergie potentielle de la charge, énergie élastique gauche, énergie élastique
     droite""")
-GERMAN = naming("""{quantity} {part} {side} | Zeit, Querverschiebung, Vertikalverschiebung, Wankwinkel, Quergeschwindigkeit,
+GERMAN = names("""{quantity} {part} {side} | Zeit, Querverschiebung, Vertikalverschiebung, Wankwinkel, Quergeschwindigkeit,
     Vertikalgeschwindigkeit, Wankgeschwindigkeit, Querbeschleunigung, Vertikalbeschleunigung, Wankbeschleunigung | Kontaktwinkel,
     Normalkraft, Querkraft, Radkraft, Kontaktpunkt quer, Kontaktpunkt Höhe, Rollradius | links rechts | Lauffläche Spurkranz |
     kinetische Energie quer, kinetische Energie vertikal, kinetische Energie Wanken, potentielle Energie Gewicht, potentielle
@@ -454,24 +451,24 @@ FAULTLESS = {
     "Z_from_the_rails": Row(lambda f: f.assign(Z=f["Z"] + axle_height(f)), {"names": {**PLAIN, "Z": "axle height above rail"}}),
     # Names.
     **forms(
-        names_of_the_trade={"units": MM_KN, "names": naming("""{side}.{part}.{quantity} | time, wheelset.lat_disp,
+        names_of_the_trade={"units": MM_KN, "names": names("""{side}.{part}.{quantity} | time, wheelset.lat_disp,
             wheelset.vert_disp, wheelset.roll, wheelset.lat_vel, wheelset.vert_vel, wheelset.roll_vel, wheelset.lat_acc,
             wheelset.vert_acc, wheelset.roll_acc | gamma, N, Y, Q, y_cp, z_cp, r | wl wr""")},
-        symbols={"units": MM_KN, "names": naming("""{quantity}_{side}{part} | t, Y, Z, Phi, dY/dt, dZ/dt, dPhi/dt, d2Y/dt2,
+        symbols={"units": MM_KN, "names": names("""{quantity}_{side}{part} | t, Y, Z, Phi, dY/dt, dZ/dt, dPhi/dt, d2Y/dt2,
             d2Z/dt2, d2Phi/dt2 | delta, N, Fy, Fz, yc, zc, rc | l r | t f""")},
-        dotted_symbols={"names": names(motion="time, y, z, phi, yp, zp, phip, ypp, zpp, phipp")},
+        dotted_symbols={"names": names("| time, y, z, phi, yp, zp, phip, ypp, zpp, phipp")},
         french={"names": FRENCH, "units": MM_KN, **COMMAS},
         german={"names": GERMAN, "units": {**MM_KN, "angle": ("mrad", 1e3)}, **COMMAS},
         german_Q_and_Y={"units": MM_KN, "sep": ";", "names": {
             column: name.replace("Radkraft", "Radkraft Q").replace("Querkraft", "Führungskraft Y")
             for column, name in GERMAN.items()}},
-        numbers_for_sides={"names": names("{quantity} wheel {side} contact {part}", sides="1 2", parts="1 2"),
+        numbers_for_sides={"names": names("{quantity} wheel {side} contact {part} | | | 1 2 | 1 2"),
                            "before": "# wheel 1 left - wheel 2 right - contact 1 tread - contact 2 flange\n"}),
     **forms("{case}.txt",
             names_of_ours={"names": {}, "head": NAMES, "sep": " "},
             french_without_accents={"sep": "\t", "names": {
                 column: name.translate(str.maketrans("éèêôâ ", "eeeoa_")) for column, name in FRENCH.items()}}),
-    **forms("{case}.out", capitals={**BLANKS, "names": naming("""{quantity}_{part}_{side} | TIME, YDISP, ZDISP, ROLL, YVEL, ZVEL,
+    **forms("{case}.out", capitals={**BLANKS, "names": names("""{quantity}_{part}_{side} | TIME, YDISP, ZDISP, ROLL, YVEL, ZVEL,
         ROLLVEL, YACC, ZACC, ROLLACC | ANG, FN, FY, FZ, YC, ZC, RR | LEFT RIGHT | TREAD FLANGE | EKY, EKZ, EKROLL, EPGRAV, EPLOAD,
         EELASTL, EELASTR""")}),
     # Separators and heads.
@@ -544,39 +541,39 @@ FAULTLESS = {
 # Whole styles of codes. With Y to the right and Z down, forces on the rail have the signs of the call.
 ON_THE_RAIL = times(-1.0, *RIGHT, *DOWN)
 STYLES = {
-    "simpack": Row(form={"sep": "\t", "names": naming("""$RWP_{side}.Patch_{part}.{quantity} | time, $B_WS.pos.y, $B_WS.pos.z,
+    "simpack": Row(form={"sep": "\t", "names": names("""$RWP_{side}.Patch_{part}.{quantity} | time, $B_WS.pos.y, $B_WS.pos.z,
         $B_WS.ang.al, $B_WS.vel.y, $B_WS.vel.z, $B_WS.omega.al, $B_WS.acc.y, $B_WS.acc.z, $B_WS.omega_dot.al | Contact_angle,
         Normal_force, Lateral_force_track, Vertical_force_track, Contact_pos_y_track, Contact_pos_z_track, Rolling_radius | Left
         Right | Tread Flange | $E.kin.y, $E.kin.z, $E.kin.al, $E.pot.grav, $E.pot.load, $E.pot.RWP_L, $E.pot.RWP_R""")}),
-    "nucars": Row(open_as(0.0), {**BLANKS, "units": IMPERIAL, "names": naming("""AXLE1_{side}_{part}_{quantity} | TIME,
+    "nucars": Row(open_as(0.0), {**BLANKS, "units": IMPERIAL, "names": names("""AXLE1_{side}_{part}_{quantity} | TIME,
         AXLE1_Y_DISP, AXLE1_Z_DISP, AXLE1_ROLL, AXLE1_Y_VEL, AXLE1_Z_VEL, AXLE1_ROLL_VEL, AXLE1_Y_ACC, AXLE1_Z_ACC, AXLE1_ROLL_ACC
         | CONT_ANGLE, NORMAL, LATERAL, VERTICAL, CONT_Y, CONT_Z, ROLL_RADIUS | LEFT RIGHT | TREAD FLANGE | KE_LATERAL, KE_VERTICAL,
         KE_ROLL, PE_GRAVITY, PE_LOAD, PE_CONTACT_LEFT, PE_CONTACT_RIGHT""")}, padded),
-    "vampire": Row(ON_THE_RAIL, {"head": ("{name} ({unit})",), "units": {**MM_KN, **MRAD}, "names": naming("""Wheelset 1 {side}
+    "vampire": Row(ON_THE_RAIL, {"head": ("{name} ({unit})",), "units": {**MM_KN, **MRAD}, "names": names("""Wheelset 1 {side}
         {part} {quantity} | Time, Wheelset 1 Lateral Displacement, Wheelset 1 Vertical Displacement, Wheelset 1 Roll Displacement,
         Wheelset 1 Lateral Velocity, Wheelset 1 Vertical Velocity, Wheelset 1 Roll Velocity, Wheelset 1 Lateral Acceleration,
         Wheelset 1 Vertical Acceleration, Wheelset 1 Roll Acceleration | Contact Angle, Normal Force, Lateral Force (track),
         Vertical Force (track), Contact Lateral Position, Contact Vertical Position, Rolling Radius | LH RH | Tread Flange""")}),
     "vi_rail": Row(form={
         "units": {**DEGREES, "length": ("mm", 1e3), "speed": ("mm/s", 1e3), "acc": ("mm/s2", 1e3)}, "head": QUOTED, "na": "",
-        "names": naming("""{side}_wheel_{part}.{quantity} | TIME, wheelset_disp.lateral, wheelset_disp.vertical,
+        "names": names("""{side}_wheel_{part}.{quantity} | TIME, wheelset_disp.lateral, wheelset_disp.vertical,
             wheelset_disp.roll, wheelset_vel.lateral, wheelset_vel.vertical, wheelset_vel.roll, wheelset_acc.lateral,
             wheelset_acc.vertical, wheelset_acc.roll | contact_angle, normal_force, lateral_force, vertical_force, contact_y,
             contact_z, rolling_radius | lef rig | tread flange | energy.kinetic_lateral, energy.kinetic_vertical,
             energy.kinetic_roll, energy.potential_gravity, energy.potential_load, energy.elastic_left, energy.elastic_right""")}),
     "gensys": Row(both(open_as(0.0), ON_THE_RAIL), {
         **BLANKS, "before": "# cp_111lt left tread, cp_111lf left flange, cp_111rt right tread, cp_111rf right flange\n",
-        "names": naming("""cp_111{side}{part}.{quantity} | time, axl_111.y, axl_111.z, axl_111.f, axl_111.vy, axl_111.vz,
+        "names": names("""cp_111{side}{part}.{quantity} | time, axl_111.y, axl_111.z, axl_111.f, axl_111.vy, axl_111.vz,
             axl_111.vf, axl_111.ay, axl_111.az, axl_111.af | cang, Fn, Fy, Fz, ycp, zcp, rr | l r | t f | axl_111.Eky, axl_111.Ekz,
             axl_111.Ekf, axl_111.Epg, axl_111.Epload, cp_111l.Eel, cp_111r.Eel""")}),
-    "french": Row(form={**COMMAS, "head": TWO_LINES, "na": "", "units": MM_KN, "names": naming("""{quantity}_{part}_{side} | temps,
+    "french": Row(form={**COMMAS, "head": TWO_LINES, "na": "", "units": MM_KN, "names": names("""{quantity}_{part}_{side} | temps,
         dep_y, dep_z, roulis, vit_y, vit_z, vit_roulis, acc_y, acc_z, acc_roulis | angle, N, Fy, Fz, y, z, rayon | gauche droit |
         table boudin | Ec_lat, Ec_vert, Ec_roulis, Ep_pesanteur, Ep_charge, Ep_gauche, Ep_droite""")}),
-    "german": Row(form={**COMMAS, "na": "-999", "units": {**MM_KN, **MRAD}, "names": naming("""{quantity}_{part}_{side} | Zeit,
+    "german": Row(form={**COMMAS, "na": "-999", "units": {**MM_KN, **MRAD}, "names": names("""{quantity}_{part}_{side} | Zeit,
         y_Radsatz, z_Radsatz, Wankwinkel, vy_Radsatz, vz_Radsatz, Wankgeschw, ay_Radsatz, az_Radsatz, Wankbeschl | Kontaktwinkel,
         Normalkraft, Y_Kraft, Q_Kraft, y_Kontakt, z_Kontakt, Rollradius | li re | Laufflaeche Spurkranz | Ekin_quer, Ekin_vertikal,
         Ekin_Wanken, Epot_Gewicht, Epot_Last, Eelast_links, Eelast_rechts""")}),
-    "matlab": Row(form={"sep": " ", "before": "% ", "head": NAMES, "digits": "%.10e", "names": naming("""{quantity}{side}{part} |
+    "matlab": Row(form={"sep": " ", "before": "% ", "head": NAMES, "digits": "%.10e", "names": names("""{quantity}{side}{part} |
         t, y, z, phi, ydot, zdot, phidot, yddot, zddot, phiddot | gamma, Fn, Fy, Fz, yc, zc, r | L R | T F | Tlat, Tvert, Troll,
         Vgrav, Vload, VelL, VelR""")}),
     "spreadsheet": Row(form={
@@ -586,7 +583,7 @@ STYLES = {
         after=lambda text: "\ufeff" + text),
     "finite_elements": Row(open_as(1e30), {
         "sep": " ", "head": NAMES, "digits": "%14.6E", "before": "** units: N, m, s, rad; 2 lateral (left), 3 vertical (up)\n",
-        "names": naming("""{quantity}_{side}_{part} | TIME, U2_N_AXLE, U3_N_AXLE, UR1_N_AXLE, V2_N_AXLE, V3_N_AXLE, VR1_N_AXLE,
+        "names": names("""{quantity}_{side}_{part} | TIME, U2_N_AXLE, U3_N_AXLE, UR1_N_AXLE, V2_N_AXLE, V3_N_AXLE, VR1_N_AXLE,
             A2_N_AXLE, A3_N_AXLE, AR1_N_AXLE | CANGLE, CFN, CF2, CF3, CCOOR2, CCOOR3, CRADIUS | LEFT RIGHT | TREAD FLANGE |
             ALLKE_2, ALLKE_3, ALLKE_R1, ALLPE_GRAV, ALLPE_LOAD, ALLSE_LEFT, ALLSE_RIGHT""")}),
 }
