@@ -49,8 +49,7 @@ def test_known_shift_is_found_and_taken_out():
 def test_runs_of_one_case_have_names_of_their_own():
     runs = [invented(offset=offset) for offset in (0, 1e-3, 2e-3)]
     table = cmp.difference_table(cmp.compare(runs)).set_index(["file", "quantity"])
-    assert table.index.is_unique
-    assert table.xs("Y", level="quantity")["rms"].tolist() == pytest.approx([1e-3, 2e-3])
+    assert table.index.is_unique and table.xs("Y", level="quantity")["rms"].tolist() == pytest.approx([1e-3, 2e-3])
 
 
 def test_coarser_output_is_interpolated():
@@ -113,13 +112,9 @@ def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert table.loc[("difference", "Y"), ["words", "unit"]].tolist() == ["lateral displacement Y", "m"]
     assert table.loc[("impact", "LF 1 start"), "difference"] == pytest.approx(0.003, abs=1e-6)
     assert table["unit"].notna().all()
-    document = PdfReader(target)
-    assert [part.title for part in document.outline[1]] == [
+    assert [part.title for part in PdfReader(target).outline[1]] == [
         "files, events and peaks", "impacts of theirs", "impacts, laid on each other", "differences of theirs",
         "displacements", "normal forces"]
-    texts = [page.extract_text() for page in document.pages]
-    assert len(texts) == 6 and "theirs.csv" in texts[0] and "first left flange contact [ms]" in texts[0]
-    assert "impulse [kN·s]" in texts[1] and "lateral displacement Y [mm]" in texts[4]
 
 
 @pytest.mark.parametrize("exercise", [3, 5])
