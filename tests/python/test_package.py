@@ -20,7 +20,7 @@ from running import HANG, LDBENCH, REPO, environment
 
 FREE, RAMP = Task(2, "aw"), Task(5, "aw")
 HERTZ = {"model": "hertz", "table_file": "", "n_lateral": 60, "n_roll": 9, "n_depth": 9}
-CASES = [(FREE, Case.exercise(2, "aw").replace(**HERTZ, t_end=0.06)), (RAMP, Case.exercise(5, "aw").replace(**HERTZ, t_end=0.8))]
+CASES = [(FREE, Case.exercise(2, "aw").replace(**HERTZ, t_end=0.03)), (RAMP, Case.exercise(5, "aw").replace(**HERTZ, t_end=0.8))]
 
 
 @pytest.fixture(scope="module")
