@@ -133,7 +133,7 @@ def kept_tables(files: Iterable[Path]) -> Iterator[None]:
 def tables_of(model: str, folder: Path, **points: int) -> dict[str, Path]:
     """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs unless points are given,
     made in a folder."""
-    files = {pair: folder / f"{pair}_{model}.table" for pair in PAIRS}
+    files = {pair: folder / f"{folder.name}_{pair}.table" for pair in PAIRS}
     with once(folder) as first:
         if first:
             from ldbench import Case, ContactTable  # programs that only start the executable need no package

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 import ldbench
+from invented import COARSE
 from ldbench import Case
 from ldbench_round.metrics import score
 from ldbench_round.own_runs import horizon
@@ -19,8 +20,7 @@ from ldbench_round.tasks import Task
 from running import HANG, LDBENCH, REPO, environment
 
 FREE, RAMP = Task(2, "aw"), Task(5, "aw")
-HERTZ = {"model": "hertz", "table_file": "", "n_lateral": 60, "n_roll": 9, "n_depth": 9}
-CASES = [(FREE, Case.exercise(2, "aw").replace(**HERTZ, t_end=0.03)), (RAMP, Case.exercise(5, "aw").replace(**HERTZ, t_end=0.8))]
+CASES = [(FREE, Case.exercise(2, "aw").replace(**COARSE, t_end=0.03)), (RAMP, Case.exercise(5, "aw").replace(**COARSE, t_end=0.8))]
 
 
 @pytest.fixture(scope="module")
