@@ -12,8 +12,8 @@ import pytest
 import imaginary_physics as physics
 import ldbench
 from hostile_files import HOSTILE
-from imaginary_round import HERTZ, RIGHTWARDS, table_of, write
-from invented import invented_run
+from imaginary_round import RIGHTWARDS, table_of, write
+from invented import COARSE, invented_run
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.columns import RawTable
@@ -34,7 +34,7 @@ SHUFFLED = ["time", *np.random.default_rng(3).permutation(CALL[1:]).tolist()]
 @pytest.fixture(scope="module")
 def another() -> ldbench.Run:
     """Exercise 2 by a code with another contact law, of a steel that is softer by a fifth."""
-    return ldbench.run(Case.exercise(2, "aw").replace(HERTZ, stiffness_scale=0.8))
+    return ldbench.run(Case.exercise(2, "aw").replace(COARSE, stiffness_scale=0.8))
 
 
 def findings_in(file: Path) -> dict[str, Finding]:
@@ -137,7 +137,7 @@ def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: floa
 
 def test_a_loss_of_energy_is_the_only_finding(own: None, tmp_path: Path):
     """An integrator that damps loses energy at impacts; momentum, rates and geometry are as they should be."""
-    case = Case.exercise(2, "aw").replace(HERTZ, order=2, beta=0.3025, gamma=0.6, dt=5e-5, energy_tolerance=0.0)
+    case = Case.exercise(2, "aw").replace(COARSE, order=2, beta=0.3025, gamma=0.6, dt=5e-5, energy_tolerance=0.0)
     write(table_of(ldbench.run(case)), tmp_path/"ex2_aw.csv", PLAIN)
     found = {what: finding.verdict for what, finding in findings_in(tmp_path/"ex2_aw.csv").items() if finding.verdict != PASSED}
     assert list(found) == ["energy closes"] and found["energy closes"] in (DOUBTFUL, FAILED)

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 
 import ldbench
+from invented import COARSE
 from ldbench import Case
 from ldbench.results.run_data import RunData
 from ldbench_round.tasks import Task
 from stranger_files import CALL, DOWN, MM_KN, MRAD, RIGHT, ROLL, SHORT, Row, both, of, text_of, times
 
-HERTZ = {"model": "hertz", "table_file": "", "n_lateral": 60, "n_roll": 13, "n_depth": 11}
 RIGHTWARDS = times(-1.0, *RIGHT, *of("Fy"))       # another code's columns of a lateral axis to the right
 
 
@@ -48,12 +48,12 @@ class Code(NamedTuple):
 
 
 CODES = (
-    Code("Adams", HERTZ | {"stiffness_scale": 1.2}, Row(form={"units": MM_KN, "names": SHORT})),
-    Code("Bora", HERTZ),
-    Code("Contura", HERTZ | {"stiffness_scale": 0.8}, Row(RIGHTWARDS, {"units": {**MM_KN, **MRAD}, "sep": ";"})),
-    Code("Gensim", HERTZ, Row(both(damped, times(-1.0, *DOWN, *of("Fz"), *ROLL)), {"sep": "\t"})),
+    Code("Adams", COARSE | {"stiffness_scale": 1.2}, Row(form={"units": MM_KN, "names": SHORT})),
+    Code("Bora", COARSE),
+    Code("Contura", COARSE | {"stiffness_scale": 0.8}, Row(RIGHTWARDS, {"units": {**MM_KN, **MRAD}, "sep": ";"})),
+    Code("Gensim", COARSE, Row(both(damped, times(-1.0, *DOWN, *of("Fz"), *ROLL)), {"sep": "\t"})),
     Code("Impakt", {"formulation": "unilateral", "restitution": 0.5, "table_file": ""}, Row(form={"names": SHORT})),
-    Code("Kinema", HERTZ, Row(lambda frame: frame.iloc[::20])),       # a row every 2 ms
+    Code("Kinema", COARSE, Row(lambda frame: frame.iloc[::20])),       # a row every 2 ms
 )
 
 
