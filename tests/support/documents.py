@@ -165,4 +165,4 @@ def update(page: Path) -> None:
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or PAGES:
-        update(Path(name))
+        update(Path(name).resolve())
