@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import imaginary_codes as imaginary
 import ldbench
+from imaginary_physics import rigid
+from imaginary_round import RIGHTWARDS, table_of, write
 from invented import invented_run
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
@@ -24,6 +25,7 @@ from ldbench_round.own_runs import yardsticks
 from ldbench_round.scores import KINDS, Scores
 from ldbench_round.tasks import MOTION, QUANTITIES, Task
 from running import Run
+from stranger_files import KINETIC, MM_KN, ROLL, Row, both, of, swap, times
 from yardsticks import measured_yardstick, rounded
 
 TASK = Task(2, "aw")
@@ -38,9 +40,7 @@ def hertz(read_hertz: Callable[[str], ContactTable]) -> dict[str, ldbench.Run]:
                        ("ramp", Case.exercise(5, "aw").replace(t_end=1.0))):
         case = case.replace(**HERTZ)
         found[name] = compute(case, table=read_hertz("aw").for_case(case))
-    found["rigid"] = ldbench.run(Case.exercise(2, "aw").replace(formulation="unilateral", restitution=0.5, table_file=""))
-    found["bilateral"] = ldbench.run(Case.exercise(2, "aw").replace(formulation="bilateral", table_file=""))
-    return found
+    return found | {"rigid": rigid(TASK, 0.5)}
 
 
 @pytest.fixture(scope="module")
@@ -54,16 +54,12 @@ def reference(frame: pd.DataFrame) -> RunData:
     return invented_run(frame)
 
 
-def changed(frame: pd.DataFrame, **columns: np.ndarray | pd.Series) -> RunData:
-    return invented_run(frame.assign(**columns))
-
-
 def differences(scores: Scores, kind: str) -> dict[str, float]:
     return {one.name: one.difference for one in scores.of_kind(kind)}
 
 
 @pytest.mark.parametrize(("name", "task"), [
-    ("ex1_aw", Task(1, "aw")), ("ex2_aw", TASK), ("ramp", Task(5, "aw")), ("rigid", TASK), ("bilateral", TASK)])
+    ("ex2_aw", TASK), ("ramp", Task(5, "aw")), ("rigid", TASK)])
 def test_a_run_is_itself(name: str, task: Task, hertz: dict[str, ldbench.Run]):
     """Everything is of the best grade, whatever the formulation."""
     found = score(hertz[name], hertz[name], task)
@@ -71,16 +67,15 @@ def test_a_run_is_itself(name: str, task: Task, hertz: dict[str, ldbench.Run]):
     assert [one.name for kind in ("displacement", "velocity", "acceleration") for one in found.of_kind(kind)] == list(MOTION)
     assert {one.difference for one in found.scores} == {0.0} and {one.grade for one in found.scores} == {1e-3}
     assert {one.share for one in found.scores if one.kind in ("displacement", "force", "event", "impulse")} == {1.0}
-    if name in ("ex1_aw", "ex2_aw"):
+    if name == "ex2_aw":
         assert {one.kind for one in found.scores} == set(KINDS)
         assert {"LF 1 impulse", "RF 1 peak", "LF closes 1", "LF opens 1", "centre passage 2"} <= {one.name for one in found.scores}
 
 
-@pytest.mark.parametrize("shift", [1e-5, 1e-3])
-def test_a_shift_of_time(shift: float, reference: RunData, frame: pd.DataFrame):
+def test_a_shift_of_time(reference: RunData, frame: pd.DataFrame):
     """Events differ by the shift. Impulses, peaks and durations do not. Motion differs by the shift times its rate."""
-    run = changed(frame, time=frame.time + shift)
-    found = score(run, reference, TASK)
+    shift = 1e-5
+    found = score(invented_run(frame.assign(time=frame.time + shift)), reference, TASK)
     for one in found.of_kind("event"):
         assert one.value - one.reference == pytest.approx(shift, rel=1e-6)
         assert one.difference == pytest.approx(shift/one.reference, rel=1e-6)
@@ -90,29 +85,22 @@ def test_a_shift_of_time(shift: float, reference: RunData, frame: pd.DataFrame):
     assert sum(one.impulse for one in found.unmatched) < 1e-9
     t, y, v = (frame[name].to_numpy() for name in ("time", "Y", "vY"))
     size = np.sqrt(np.trapezoid(v**2, t)/np.trapezoid(y**2, t))
-    if shift < 1e-3:
-        assert found.get("Y").difference == pytest.approx(shift*size, rel=0.05)
-        assert found.share == pytest.approx(1, abs=70*shift/t[-1])
+    assert found.get("Y").difference == pytest.approx(shift*size, rel=0.05)
     # 58 contacts close or open, and for the time of the shift after each the sets differ, where no other one is near.
     assert 1 - found.share == pytest.approx(58*shift/t[-1], rel=0.35)
 
 
-@pytest.mark.parametrize("factor", [1.0009, 0.991, 1.09, 1.2])
-def test_scaled_forces(factor: float, reference: RunData, frame: pd.DataFrame):
+@pytest.mark.parametrize(("factor", "grade"), [(1.0009, 1e-3), (1.09, 0.1)])
+def test_scaled_forces(factor: float, grade: float, reference: RunData, frame: pd.DataFrame):
     """Impulses and peaks are scaled and get the grade; motion, events and durations are as they were."""
-    run = changed(frame, **{f"N_{contact}": factor*frame[f"N_{contact}"] for contact in CONTACTS})
-    found = score(run, reference, TASK)
+    found = score(invented_run(times(factor, *of("N"))(frame)), reference, TASK)
     for kind in ("impulse", "peak"):
         for one in found.of_kind(kind):
             assert one.difference == pytest.approx(abs(factor - 1), rel=1e-4)
-            assert one.grade == {1.0009: 1e-3, 0.991: 1e-2, 1.09: 0.1, 1.2: None}[factor]
+            assert one.grade == grade
     for kind in ("displacement", "acceleration", "radius", "contacts", "event", "duration"):
         assert max(differences(found, kind).values()) < 1e-4, kind
     assert found.get("N_LF").difference == pytest.approx(abs(factor - 1), rel=1e-3)
-
-
-def bump(t: np.ndarray, start: float, length: float, peak: float) -> np.ndarray:
-    return np.where((t > start) & (t < start + length), peak*np.sin(np.pi*(t - start)/length), 0.0)
 
 
 @pytest.mark.parametrize("start", [0.009, 0.060])
@@ -121,7 +109,8 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
     t = frame.time.to_numpy()
     length, peak = 3e-3, 5e4
     assert not frame.N_LF[(t > start - length) & (t < start + 2*length)].any()
-    run = changed(frame, N_LF=frame.N_LF + bump(t, start, length, peak))
+    bump = np.where((t > start) & (t < start + length), peak*np.sin(np.pi*(t - start)/length), 0.0)
+    run = invented_run(frame.assign(N_LF=frame.N_LF + bump))
     more, fewer = score(run, reference, TASK), score(reference, run, TASK)
     for found, where in ((more, "run"), (fewer, "reference")):
         one, = found.unmatched
@@ -135,20 +124,15 @@ def test_one_impact_more(start: float, reference: RunData, frame: pd.DataFrame):
     assert more.get("LF 1 impulse").reference == score(reference, reference, TASK).get("LF 1 impulse").reference
 
 
-LEFT_FLANGE = [f"{base}_LF" for base in ("N", "Fy", "Fz", "angle", "y", "z", "radius")]
 SPOILT: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], set[str]]] = {
-    "no force of the left flange": (lambda f: f.assign(N_LF=0.0),
-                                    {"force", "angle", "place", "radius", "event", "impulse"}),
-    "a flange never touched": (lambda f: f.assign(**{name: 0.0 if name[0] in "NF" else np.nan for name in LEFT_FLANGE}),
-                               {"force", "angle", "place", "radius", "event", "impulse"}),
+    "a flange never touched": (
+        both(times(0.0, "N_LF", "Fy_LF", "Fz_LF"), times(np.nan, "angle_LF", "y_LF", "z_LF", "radius_LF")),
+        {"force", "angle", "place", "radius", "event", "impulse"}),
     "the first 3 ms": (lambda f: f[f.time < 3e-3], {"displacement", "velocity", "acceleration", "contacts", "event", "impulse"}),
-    "angles 1.3 times": (lambda f: f.assign(**{f"angle_{c}": 1.3*f[f"angle_{c}"] for c in CONTACTS}), {"angle"}),
-    "radii doubled": (lambda f: f.assign(**{f"radius_{c}": 2*f[f"radius_{c}"] for c in CONTACTS}), {"radius"}),
-    "one radius doubled": (lambda f: f.assign(radius_RF=2*f.radius_RF), {"radius"}),
-    "vertical forces exchanged": (lambda f: f.assign(Fz_LT=f.Fz_RT, Fz_RT=f.Fz_LT), {"force"}),
-    "points 5 mm aside": (lambda f: f.assign(y_LF=f.y_LF + 5e-3), {"place"}),
-    "kinetic energy doubled": (lambda f: f.assign(**{name: 2*f[name] for name in ("KE_lat", "KE_vert", "KE_roll")}), {"energy"}),
-    "energy of the load missing": (lambda f: f.assign(PE_load=0.0), {"energy"})}
+    "angles 1.3 times": (times(1.3, *of("angle")), {"angle"}), "one radius doubled": (times(2.0, "radius_RF"), {"radius"}),
+    "vertical forces exchanged": (swap("LT RT", quantities=["Fz"]), {"force"}),
+    "points aside": (lambda f: f.assign(y_LF=f.y_LF + 5e-3), {"place"}),
+    "kinetic energy doubled": (times(2.0, *KINETIC), {"energy"}), "energy of the load missing": (times(0.0, "PE_load"), {"energy"})}
 
 
 @pytest.mark.parametrize("what", SPOILT)
@@ -158,16 +142,15 @@ def test_what_has_no_partner_or_is_wrong_gets_a_bad_grade(what: str, reference: 
     found = score(invented_run(change(frame)), reference, TASK)
     grades = {kind: one.grade for kind in KINDS if (one := found.graded(kind))}
     assert {kind for kind in bad if grades.get(kind) is None} == bad, grades
-    if what != "the first 3 ms":
-        assert {kind for kind, limit in grades.items() if limit is None} <= bad | {"contacts"}, grades
-        assert found.share_of("displacement") > 0.5
-    else:
+    if what == "the first 3 ms":
         assert found.share_of("displacement") == pytest.approx(3e-3/frame.time.iloc[-1], rel=0.1) and found.share_of("event") < 0.1
+    else:
+        assert {kind for kind, limit in grades.items() if limit is None} <= bad | {"contacts"}, grades
 
 
 def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     """Components replace the normal force; a file without forces has motion and passages; a short file ends the scores."""
-    by_parts = score(invented_run(frame.drop(columns=[f"N_{contact}" for contact in CONTACTS])), reference, TASK)
+    by_parts = score(invented_run(frame.drop(columns=of("N"))), reference, TASK)
     assert max(differences(by_parts, "impulse").values()) < 1e-9 and by_parts.share == pytest.approx(1, abs=1e-9)
     bare = score(invented_run(frame[["time", "Y"]]), reference, TASK)
     scored = {one.name for one in bare.scores if np.isfinite(one.difference)}
@@ -177,20 +160,16 @@ def test_what_a_poor_file_loses(reference: RunData, frame: pd.DataFrame):
     cut = score(invented_run(frame.iloc[:len(frame)//3]), reference, TASK)
     assert cut.end == frame.time[len(frame)//3 - 1] and {one.where for one in cut.unmatched} == {"reference"}
     assert cut.get("LF 1 impulse").grade == 1e-3 and cut.get("RF 1 impulse").difference == 1
-    holes = score(changed(frame, Y=np.where(np.arange(len(frame)) % 7 == 0, np.nan, frame.Y)), reference, TASK)
+    holes = score(invented_run(frame.assign(Y=np.where(np.arange(len(frame)) % 7 == 0, np.nan, frame.Y))), reference, TASK)
     assert holes.get("Y").difference < 1e-3
 
 
-@pytest.fixture(scope="module")
-def tables(shipped: dict[str, Run]) -> dict[str, ContactTable]:
-    file = shipped["ex1_aw"].file.with_name("aw_halfspace.table")
-    return {"elastic": ContactTable(Case.exercise(2, "aw").replace(table_file=str(file)))}
-
-
 @pytest.mark.slow
-def test_the_yardstick_of_exercise_2_is_measured_again(tables: dict[str, ContactTable]):
+def test_the_yardstick_of_exercise_2_is_measured_again(shipped: dict[str, Run]):
     """The horizon and all spreads are those of the file."""
-    found = rounded(measured_yardstick(TASK, tables, longest=0.35))
+    file = shipped["ex1_aw"].file.with_name("aw_halfspace.table")
+    table = ContactTable(Case.exercise(2, "aw").replace(table_file=str(file)))
+    found = rounded(measured_yardstick(TASK, {"elastic": table}, longest=0.35))
     known = rounded(yardsticks()[TASK.name])
     assert found.keys() == known.keys()
     assert found["horizon"] == pytest.approx(known["horizon"], rel=0.03)
@@ -227,14 +206,12 @@ def test_the_command_scores_folders(folders: tuple[Path, Path], hertz: dict[str,
 
 def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """Guessed, or given: other names, units, signs and an interval of 0.1 ms."""
+    """A map is guessed, or given: other names, units, signs and an interval of 0.1 ms."""
     monkeypatch.setitem(own_runs._OWN, TASK, hertz["ex2_aw"])
-    dialect = imaginary.Dialect(lateral=-1, roll=-1, length="mm", force="kN", scheme=2)
-    imaginary.write(imaginary.table_of(hertz["ex2_aw"], 1e-4), tmp_path/"other.csv", dialect)
+    write(table_of(hertz["ex2_aw"]), tmp_path/"other.csv", Row(both(RIGHTWARDS, times(-1.0, *ROLL)), {"units": MM_KN}))
     words = ["score", str(tmp_path/"other.csv"), "--reference", str(folders[1]), "--simulation", "ex2_aw"]
     assert main([*words, "--json"]) == 0
     found, = json.loads(capsys.readouterr().out)["files"]
-    assert found["doubts"] == []
     scores = {one["name"]: one["difference"] for one in found["scores"]}
     assert scores["Y"] < 1e-4 and scores["LF 1 impulse"] < 5e-3 and scores["LF closes 1"] < 1e-3 and found["share"] > 0.98
     assert main(["check", str(tmp_path/"other.csv"), "--simulation", "ex2_aw", "--save-map", str(tmp_path/"map.toml")]) == 0
@@ -243,9 +220,8 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     again, = json.loads(capsys.readouterr().out)["files"]
     assert again["scores"] == found["scores"]
     # Another simulation under this name is scored, with a line for each sign of that.
-    (tmp_path/"ex1_sw.csv").write_bytes((tmp_path/"other.csv").read_bytes())
-    words = ["score", str(tmp_path/"ex1_sw.csv"), "--reference", str(folders[1]), "--map", str(tmp_path/"map.toml")]
-    for simulation, signs in ("ex2_aw", ["a name that says"]), ("ex1_aw", ["a name that says", "initial vY 0.5 instead of 0.1"]):
-        assert main([*words, "--simulation", simulation]) == 0
-        lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  doubtful: ")]
-        assert all(any(sign in line for line in lines) for sign in signs) and (len(lines) == 1) == (simulation == "ex2_aw"), lines
+    file = (tmp_path/"other.csv").rename(tmp_path/"ex1_sw.csv")
+    words = ["score", str(file), "--reference", str(folders[1]), "--simulation", "ex1_aw"]
+    assert main([*words, "--map", str(tmp_path/"map.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "  doubtful: " in said and "a name that says" in said and "initial vY 0.5 instead of 0.1" in said

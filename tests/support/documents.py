@@ -22,10 +22,10 @@ import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -33,55 +33,35 @@ from ldbench.__main__ import main
 from running import HANG, LDBENCH, REPO
 
 PAGES = [REPO/"README.md", *sorted((REPO/"docs").glob("*.md")), REPO/"profiles/README.md"]
-BLOCK = re.compile(r"<!-- (run|output|file: \S+) -->\n+```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(r"<!-- (?P<kind>run|output|file: \S+) -->\n+```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*\n)((?:(?!\$ ).*\n)*)", re.MULTILINE)        # with what is shown after it
 NUMBER = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
 LINK = re.compile(r"(?<!`)\]\(<?([^)\s>]+)>?\)")
 CLOSE = 1e-4            # relative difference of numbers that another processor may make, besides one of the last digit shown
 ROUNDING = 1e-6         # below it numbers are rounding errors, which depend on the compiler
 
 
-@dataclass
-class Block:
-    """A marked block of a page."""
-
-    kind: str           # 'run', 'output' or 'file: NAME'
-    language: str
-    text: str
-    span: tuple[int, int]       # of the text in the page
-
-
-@dataclass
-class Shown:
+class Shown(NamedTuple):
     """What a page says that a command prints, and what it prints."""
 
     command: str
     expected: str
     found: str
     status: int
+    span: tuple[int, int] = (0, 0)      # of the expected text in the page
 
     @property
     def fits(self) -> bool:
         return self.status == 0 and alike(self.expected, self.found)
 
 
-def blocks(page: Path) -> list[Block]:
+def blocks(page: Path) -> list[re.Match[str]]:
     """The marked blocks of a page."""
-    return [Block(found[1], found["language"], found["text"], found.span("text")) for found in BLOCK.finditer(page.read_text())]
-
-
-def commands(text: str) -> Iterator[tuple[str, str]]:
-    """Commands of a console block, with the output that is shown after each."""
-    for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
-        lines = part.splitlines(keepends=True)
-        end = next(k for k, line in enumerate(lines) if not line.endswith("\\\n")) + 1
-        yield "".join(lines[:end]), "".join(lines[end:])
+    return list(BLOCK.finditer(page.read_text()))
 
 
 def prepare(folder: Path, table: Path | None = None) -> None:
-    """Make the files that pages begin with: the contact table of the actual profiles, two column files.
-
-    `table` is a file of that contact table, where there is one.
-    """
+    """Make the files that pages begin with: the contact table of the actual profiles, of which `table` is a file, and two runs."""
     for name in "inputs", "profiles":
         shutil.copytree(REPO/name, folder/name)
     if table:
@@ -103,16 +83,18 @@ def run_page(page: Path, prepared: Path, folder: Path) -> list[Shown]:
         for name, value in ("PATH", path), ("MPLBACKEND", "agg"), ("COLUMNS", "100"):
             place.setenv(name, value)
         for block in blocks(page):
-            if block.kind.startswith("file: "):
-                Path(block.kind.removeprefix("file: ")).write_text(block.text)
-            elif block.language == "python":
-                status, last = here(lambda text=block.text: exec(compile(text, page.name, "exec"), names))
-                found.append(Shown(block.text, "...", last, status))
-            elif block.kind == "output":
-                found.append(Shown("output of the program before", block.text, last, 0))
+            text, start = block["text"], block.start("text")
+            if block["kind"].startswith("file: "):
+                Path(block["kind"].removeprefix("file: ")).write_text(text)
+            elif block["language"] == "python":
+                status, last = here(lambda text=text: exec(compile(text, page.name, "exec"), names))
+                found.append(Shown(text, "...", last, status))
+            elif block["kind"] == "output":
+                found.append(Shown("output of the program before", text, last, 0, block.span("text")))
             else:
-                for command, expected in commands(block.text):
-                    found.append(Shown(command, expected or "...", *reversed(run_command(command))))
+                for one in COMMAND.finditer(text):
+                    status, said = run_command(one[1])
+                    found.append(Shown(one[1], one[2] or "...", said, status, (start + one.start(2), start + one.end(2))))
     return found
 
 
@@ -151,10 +133,11 @@ def alike(expected: str, found: str) -> bool:
         else:
             pattern += r"\s+" if part.isspace() else re.escape(part)
     match = re.fullmatch(pattern, found.strip())
-    return match is not None and all(map(_near, shown, match.groups()))
+    return match is not None and all(map(near, shown, match.groups()))
 
 
-def _near(shown: str, found: str) -> bool:
+def near(shown: str, found: str) -> bool:
+    """Whether a number differs by no more than another processor makes it differ."""
     x, y = float(shown), float(found)
     mantissa, _, exponent = shown.lower().partition("e")
     digit = 10.0**(int(exponent or 0) - len(mantissa.partition(".")[2]))
@@ -168,36 +151,18 @@ def links(page: Path) -> list[str]:
 
 
 def update(page: Path) -> None:
-    """Write into a page what its commands print where it shows something else."""
+    """Write into a page what its commands print where it shows something else, and say which fail."""
+    text = page.read_text()
     with tempfile.TemporaryDirectory() as temporary:
         prepare(Path(temporary)/"prepared")
-        outcome = iter(run_page(page, Path(temporary)/"prepared", Path(temporary)/"page"))
-        text, changes = page.read_text(), []
-        for block in blocks(page):
-            if block.kind == "output":
-                shown = next(outcome)
-                changes.append((block.span, block.text if shown.fits else shown.found.strip() + "\n"))
-            elif block.language == "python":
-                report(next(outcome))
-            elif block.kind == "run":
-                new = ""
-                for command, expected in commands(block.text):
-                    shown = next(outcome)
-                    report(shown)
-                    kept = not expected or (shown.fits and shown.status == 0)
-                    new += f"$ {command}" + (expected if kept else shown.found.rstrip() + "\n")
-                changes.append((block.span, new))
-    for (start, end), new in reversed(changes):
-        text = text[:start] + new + text[end:]
+        for shown in reversed(run_page(page, Path(temporary)/"prepared", Path(temporary)/"page")):
+            if shown.status:
+                print(f"status {shown.status}: {shown.command}\n{shown.found}", file=sys.stderr)
+            if shown.expected != "..." and not shown.fits:
+                text = text[:shown.span[0]] + shown.found.strip() + "\n" + text[shown.span[1]:]
     page.write_text(text)
-
-
-def report(shown: Shown) -> None:
-    """Say what failed."""
-    if shown.status:
-        print(f"status {shown.status}: {shown.command}\n{shown.found}", file=sys.stderr)
 
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or PAGES:
-        update(Path(name))
+        update(Path(name).resolve())

@@ -1,97 +1,82 @@
-"""A round of the benchmark with twelve codes that do not exist: contact laws, steels, constraints and damping of their own."""
+"""A round of the benchmark with six codes that do not exist: runs of ours, written as somebody else would write them."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
-import imaginary_codes as imaginary
 import ldbench
+from invented import COARSE
 from ldbench import Case
 from ldbench.results.run_data import RunData
 from ldbench_round.tasks import Task
+from stranger_files import CALL, DOWN, MM_KN, MRAD, RIGHT, ROLL, SHORT, Row, both, of, text_of, times
 
-Change = Callable[[pd.DataFrame], pd.DataFrame]
-
-
-def same(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame
+RIGHTWARDS = times(-1.0, *RIGHT, *of("Fy"))       # another code's columns of a lateral axis to the right
 
 
-@dataclass(frozen=True)
-class Code:
+def table_of(run: RunData, interval: float = 1e-4) -> pd.DataFrame:
+    """The columns of the call, on equal intervals [s]; a contact has no place between an open row and a closed one."""
+    t = np.arange(run.time[0], run.time[-1] + interval/2, interval)
+    found = {"time": t}
+    for column in CALL[1:]:
+        x = run.values(column)
+        open_ = np.interp(t, run.time, np.isnan(x).astype(float)) > 0
+        found[column] = np.where(open_, np.nan, np.interp(t, run.time, np.nan_to_num(x)))
+    return pd.DataFrame(found)
+
+
+def write(frame: pd.DataFrame, path: Path, row: Row) -> None:
+    """Write the columns of the call as a code that does not exist writes them."""
+    path.write_text(row.after(text_of(row.change(frame), **{"order": CALL, **row.form})))
+
+
+def damped(frame: pd.DataFrame) -> pd.DataFrame:
+    """The velocities die away, by a quarter over the run."""
+    fading = 1 - 0.25*frame["time"]/frame["time"].iloc[-1]
+    return frame.assign(**{name: frame[name]*fading for name in ("vY", "vZ", "roll_rate")})
+
+
+class Code(NamedTuple):
     """A code that does not exist."""
 
     name: str
-    law: str
-    case: dict[str, Any]                    # what it changes of ours
-    dialect: imaginary.Dialect = field(default_factory=imaginary.Dialect)
-    change: Change = same                   # of its results
-    formulation: str = "elastic"
+    case: dict[str, Any]        # what it changes of ours
+    row: Row = Row()            # how it changes and writes the results
 
 
-D = imaginary.Dialect
-STRIP, HERTZ = {"model": "strip", "table_file": ""}, {"model": "hertz", "table_file": ""}
-RIGID = {"formulation": "unilateral", "table_file": ""}
 CODES = (
-    Code("Adams", "strips", STRIP, D(length="mm", force="kN", scheme=2)),
-    Code("Bora", "Hertz", HERTZ, D(scheme=1)),
-    Code("Contura", "Hertz, steel softer by a fifth", HERTZ | {"stiffness_scale": 0.8},
-         D(lateral=-1, length="mm", force="kN", scheme=1)),
-    Code("Dynarail", "Hertz, steel stiffer by a fifth", HERTZ | {"stiffness_scale": 1.2}, D(angle="mrad", scheme=2, separator=";")),
-    Code("Elastra", "strips, softer steel", STRIP | {"stiffness_scale": 0.7}, D(vertical=-1, scheme=2, separator="\t")),
-    Code("Flange8", "Hertz, damped", HERTZ, D(length="mm", angle="deg", scheme=1, separator=" "), imaginary.damped),
-    Code("Gensim", "strips, damped", STRIP, D(force="kN", roll=-1, scheme=2), imaginary.damped),
-    Code("Hunt", "rigid, restitution 1", RIGID | {"restitution": 1.0}, D(scheme=2), formulation="unilateral constraints"),
-    Code("Impakt", "rigid, restitution 0.5", RIGID | {"restitution": 0.5}, D(scheme=1), formulation="unilateral constraints"),
-    Code("Jolt", "rigid, restitution 0", RIGID | {"restitution": 0.0}, D(length="mm", scheme=2),
-         formulation="unilateral constraints"),
-    Code("Kinema", "strips, rows every 2 ms", STRIP, D(scheme=0), imaginary.thinned),
-    Code("Lumen", "Hertz, half the stiffness", HERTZ | {"stiffness_scale": 0.5}, D(start=0.5, height=0.457, scheme=2)),
+    Code("Adams", COARSE | {"stiffness_scale": 1.2}, Row(form={"units": MM_KN, "names": SHORT})),
+    Code("Bora", COARSE),
+    Code("Contura", COARSE | {"stiffness_scale": 0.8}, Row(RIGHTWARDS, {"units": {**MM_KN, **MRAD}, "sep": ";"})),
+    Code("Gensim", COARSE, Row(both(damped, times(-1.0, *DOWN, *of("Fz"), *ROLL)), {"sep": "\t"})),
+    Code("Impakt", {"formulation": "unilateral", "restitution": 0.5, "table_file": ""}, Row(form={"names": SHORT})),
+    Code("Kinema", COARSE, Row(lambda frame: frame.iloc[::20])),       # a row every 2 ms
 )
 
 
 class Runs:
     """Runs of ours that codes share, each computed once; contact tables too."""
 
-    def __init__(self, **changes: Any) -> None:
-        """changes: of all cases, as a coarser table."""
-        self.changes = changes
+    def __init__(self) -> None:
         self.runs: dict[str, RunData] = {}
         self.tables: dict[str, Any] = {}
 
     def of(self, code: Code, task: Task) -> RunData:
-        law = repr(sorted(code.case.items()))
-        key, pair = f"{law} {task.name}", f"{law} {task.profiles}"
-        if key not in self.runs:
-            case = Case.exercise(task.exercise, task.profiles).replace(**code.case | self.changes)
-            self.runs[key] = run = ldbench.run(case, table=self.tables.get(pair))
-            self.tables[pair] = run.table
-        return self.runs[key]
+        law = repr(code.case)
+        if law + task.name not in self.runs:
+            case = Case.exercise(task.exercise, task.profiles).replace(**code.case)
+            self.runs[law + task.name] = run = ldbench.run(case, table=self.tables.get(law))
+            self.tables[law] = run.table
+        return self.runs[law + task.name]
 
 
 def submit(code: Code, task: Task, folder: Path, runs: Runs) -> None:
-    """A file of a code in its folder; the run that it comes from is `runs.of(code, task)`."""
-    (folder/code.name).mkdir(exist_ok=True)
-    imaginary.write(code.change(imaginary.table_of(runs.of(code, task), 1e-4)), folder/code.name/f"{task.name}.csv", code.dialect)
-
-
-def describe(code: Code, folder: Path, seconds: float = 1.5) -> None:
-    """The description of a code in its folder."""
-    (folder/code.name).mkdir(exist_ok=True)
+    """A file of a code in its folder, and the description; the run that it comes from is `runs.of(code, task)`."""
+    (folder/code.name).mkdir(parents=True, exist_ok=True)
+    write(table_of(runs.of(code, task)), folder/code.name/f"{task.name}.csv", code.row)
     restitution = f'restitution = {code.case["restitution"]}\n' if "restitution" in code.case else ""
     (folder/code.name/"submission.toml").write_text(
-        f'code = "{code.name}"\nversion = "1.0"\nauthors = ["A. Author", "B. Author"]\nformulation = "{code.formulation}"\n'
-        f'law = "{code.law}"\nstep = 1e-5\nmachine = "a laptop"\nprocessor_time = {{ ex2_aw = {seconds} }}\n{restitution}')
-
-
-def write_round(folder: Path, tasks: Iterable[Task], codes: Sequence[Code], runs: Runs) -> None:
-    """The folder of a round."""
-    for task in tasks:
-        for code in codes:
-            submit(code, task, folder, runs)
-    for k, code in enumerate(codes):
-        describe(code, folder, 1.5 + k)
+        f'code = "{code.name}"\nauthors = ["A. Author", "B. Author"]\nprocessor_time = {{ ex2_aw = 1.5 }}\n{restitution}')

@@ -24,12 +24,9 @@ def invented_run(frame: pd.DataFrame, file: str | Path = "invented.txt", name: s
 
 def altered(run: RunData, header: Mapping[str, Any] | None = None, results: Mapping[str, Any] | None = None,
             data: pd.DataFrame | None = None, name: str = "") -> RunData:
-    """The run with other fields of the header, other results beside the rest, other columns, or by another name.
-
-    A result that is given as None is left out. The case is the one of the run, unless `header` has other settings.
-    """
+    """The run with other fields of the header, other results beside the rest (None: without it), other columns, or by another name.
+    The case is the one of the run, unless `header` has other settings."""
     facts = replace(run.header, **(header or {}))
-    numbers = {**facts.results, **(results or {})}
-    facts = replace(facts, results={key: value for key, value in numbers.items() if value is not None})
+    numbers = {key: value for key, value in {**facts.results, **(results or {})}.items() if value is not None}
     told = run.case if run.header.settings and facts.settings == run.header.settings else None
-    return invented_run(run.data if data is None else data, run.file, name or run.name, facts, told)
+    return invented_run(run.data if data is None else data, run.file, name or run.name, replace(facts, results=numbers), told)
