@@ -113,7 +113,7 @@ class Shape:
     def lateral(self, roll: np.ndarray) -> np.ndarray:
         """Displacement at a roll angle [m]."""
         if np.isinf(self.R_w):
-            return self.head/np.sin(2*self.taper)*np.sin(2*roll) - self.d*np.sin(roll)
+            return self.R*np.sin(2*roll) - self.d*np.sin(roll)
         mean, half = self.angles(roll)
         return self.h*np.sin(roll) + (self.R_w - self.R_r)*np.cos(mean)*np.sin(half)
 
@@ -122,17 +122,21 @@ class Shape:
         half = np.arctan2(self.e_w*np.sin(roll), self.e_w*np.cos(roll) - self.head)
         return np.arcsin((self.e_w*np.cos(roll) - self.head)/(self.R_w - self.R_r)/np.cos(half)), half
 
+    def roll(self, y: float) -> float:
+        """Roll angle at a displacement."""
+        return float(np.copysign(brentq(lambda roll: self.lateral(roll) - abs(y), 0, 4e-3, xtol=1e-18, rtol=1e-15), y)) if y else 0.0
+
     def delta_r(self, y: np.ndarray) -> np.ndarray:
-        """Closed form of the difference of the rolling radii [m], the roll by bisection."""
-        low, high = np.zeros_like(y), np.full_like(y, 4e-3)
-        for _ in range(46):
-            middle = (low + high)/2
-            beyond = self.lateral(middle) > np.abs(y)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        """Closed form of the difference of the rolling radii [m]."""
+        roll = np.vectorize(self.roll)(np.abs(y))
         if np.isinf(self.R_w):
-            return np.copysign(2*self.head*np.sin(low), y)
-        mean, half = self.angles(low)
-        return np.copysign(self.R_w*(np.cos(mean - half + low) - np.cos(mean + half - low)), y)
+            return np.copysign(2*self.head*np.sin(roll), y)
+        mean, half = self.angles(roll)
+        return np.copysign(self.R_w*(np.cos(mean - half + roll) - np.cos(mean + half - roll)), y)
+
+    @property
+    def R(self) -> float:
+        return self.head/np.sin(2*self.taper)
 
     @property
     def d(self) -> float:
@@ -150,6 +154,6 @@ class Shape:
     def small(self) -> float:
         """Equivalent conicity for small amplitudes."""
         if np.isinf(self.R_w):
-            return self.head/(2*self.head/np.sin(2*self.taper) - self.d)
+            return self.head/(2*self.R - self.d)
         D, s, c = self.R_w - self.R_r, np.sin(self.taper), np.cos(self.taper)
         return self.R_w*s*(self.e_w - D*s)/(D*(self.e_w*c + self.h*s))

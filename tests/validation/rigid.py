@@ -1,10 +1,8 @@
 """Rigid contacts: whether the shipped steps are fine enough, and exercise 5 to its end."""
 from __future__ import annotations
 
-import pandas as pd
-
 import ldbench
-import rigid_reference
+import reference
 from checks import Check, Section, limit
 from ldbench import Case
 from sheets import Table
@@ -25,7 +23,7 @@ are the stored ones, to what a change of the initial velocity by 1e-12 m/s makes
 
 def end_of(exercise: int, pair: str, formulation: str) -> tuple[float, float]:
     """Y at the end with the shipped steps and with fine ones [m]."""
-    case = Case.exercise(exercise, pair).replace(**rigid_reference.RIGID[formulation], rows="interval")
+    case = Case.exercise(exercise, pair).replace(**reference.RIGID[formulation], rows="interval")
     shipped = ldbench.run(case).data.iloc[-1]
     fine = ldbench.run(case.replace(**FINE, t_end=shipped.time, stop_at="t_end")).data.iloc[-1]
     return float(shipped.Y), float(fine.Y)
@@ -33,20 +31,20 @@ def end_of(exercise: int, pair: str, formulation: str) -> tuple[float, float]:
 
 def ends_of_exercise_5() -> list[Check]:
     """Energy at the end of exercise 5, and how many of the stored numbers have moved."""
-    stored, checks = pd.read_csv(rigid_reference.ENDS), []
+    checks = []
     for pair in PAIRS:
-        for name, bar in rigid_reference.DRIFTS.items():
-            done = rigid_reference.ramp(pair, name)
+        for name, bar in reference.DRIFTS.items():
+            done = reference.rigid_run(f"ex5_{pair}", name, "end")
             checks += [
                 limit(f"{pair}, {name}: energy drift of exercise 5 to its end [of the work]",
                       done.results["drift"]/done.data.W_ext.abs().max(), "work of the lateral force", bar),
                 limit(f"{pair}, {name}: stored numbers of the end of exercise 5 that have moved",
-                      len(rigid_reference.end_moves(stored, pair, name)), rigid_reference.ENDS.name, 0)]
+                      len(reference.rigid_moves(f"ex5_{pair}", name, "end")), reference.RIGID_FILE.name, 0)]
     return checks
 
 
 def section() -> Section:
-    every = [(exercise, pair, name) for exercise in EXERCISES for pair in PAIRS for name in rigid_reference.RIGID
+    every = [(exercise, pair, name) for exercise in EXERCISES for pair in PAIRS for name in reference.RIGID
              if (exercise, name) != CHAOTIC]
     checks: list[Check] = []
     rows = []
