@@ -6,6 +6,7 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import newton
 
 from ldbench import ContactTable
 from running import FORTRAN_TESTS, HANG, REPO, Run
@@ -113,10 +114,7 @@ class Pendulum:
 
     def poses(self, y: np.ndarray) -> np.ndarray:
         """y, height of the axle centre and roll at lateral displacements."""
-        roll = y/(2*self.R - self.d)
-        for _ in range(20):
-            miss = self.R*np.sin(2*roll) - self.d*np.sin(roll) - y
-            roll = roll - miss/(2*self.R*np.cos(2*roll) - self.d*np.cos(roll))
+        roll = newton(lambda roll: self.R*np.sin(2*roll) - self.d*np.sin(roll) - y, y/30, x1=y/20, tol=1e-17, maxiter=60)
         rise = self.R*(1 - np.cos(2*roll)) - self.d*(1 - np.cos(roll))
         return np.column_stack([y, self.centre[1] + self.rho*np.cos(TAPER) + ROLLING_RADIUS + rise, roll])
 

@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
+from scipy.optimize import brentq, newton
 from scipy.special import ellipe, ellipkm1
 
 import make_profiles as arcs
@@ -122,17 +122,18 @@ class Shape:
         half = np.arctan2(self.e_w*np.sin(roll), self.e_w*np.cos(roll) - self.head)
         return np.arcsin((self.e_w*np.cos(roll) - self.head)/(self.R_w - self.R_r)/np.cos(half)), half
 
-    def roll(self, y: float) -> float:
-        """Roll angle at a displacement."""
-        return float(np.copysign(brentq(lambda roll: self.lateral(roll) - abs(y), 0, 4e-3, xtol=1e-18, rtol=1e-15), y)) if y else 0.0
+    def roll(self, y: np.ndarray | float) -> np.ndarray:
+        """Roll angle at displacements."""
+        y = np.asarray(y, float)
+        return newton(lambda roll: self.lateral(roll) - y, y/30, x1=y/20, tol=1e-17, maxiter=60)
 
     def delta_r(self, y: np.ndarray) -> np.ndarray:
         """Closed form of the difference of the rolling radii [m]."""
-        roll = np.vectorize(self.roll)(np.abs(y))
+        roll = self.roll(y)
         if np.isinf(self.R_w):
-            return np.copysign(2*self.head*np.sin(roll), y)
+            return 2*self.head*np.sin(roll)
         mean, half = self.angles(roll)
-        return np.copysign(self.R_w*(np.cos(mean - half + roll) - np.cos(mean + half - roll)), y)
+        return self.R_w*(np.cos(mean - half + roll) - np.cos(mean + half - roll))
 
     @property
     def R(self) -> float:
