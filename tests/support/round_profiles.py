@@ -47,7 +47,7 @@ def hertz(A: float, B: float, approach: float, modulus: float) -> tuple[float, f
         K, D = integrals(k)
         return (K - D)/(k*k*D) - max(A, B)/min(A, B)
 
-    k = brentq(miss, 1e-3, 1 - 1e-9, xtol=1e-15)
+    k = brentq(miss, 1e-7, 1 - 1e-9, xtol=1e-15)
     K, D = integrals(k)
     long = np.sqrt(approach*D/(K*min(A, B)))
     largest = modulus*approach/(k*long*K)
