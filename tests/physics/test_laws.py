@@ -5,9 +5,8 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 
 import round_profiles
 from ldbench._core import flat
-from probes import ROLLING_RADIUS, probe, text
+from probes import E_STAR, ROLLING_RADIUS, probe, text
 
-E_STAR = 2.1e11/(2*(1 - 0.28**2))     # [Pa]
 CROWN = 0.254                         # radius of the actual rail's head [m]
 
 

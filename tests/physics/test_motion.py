@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 import ldbench
 from ldbench import Case, ContactTable
 from ldbench.runs import compute
-from probes import MASS, MIRROR, ROLLING_RADIUS, TAPER, Pendulum, probe, table_file, text
+from probes import E_STAR, MASS, MIRROR, ROLLING_RADIUS, TAPER, Pendulum, table_file
+from round_profiles import hertz
 from running import PAIRS, Run
 
 # A small, quickly built table for motions near the centre.
@@ -52,8 +53,7 @@ def test_impact(model: str):
     The simplified treads are cones on constant crowns: the two wheels act in parallel along the vertical,
     C = 2 C_H cos(gamma)^2.5.
     """
-    A, B = np.cos(TAPER)/(2*ROLLING_RADIUS), 0.5/Pendulum.of("sw").rho
-    C = 2*np.cos(TAPER)**2.5*probe("hertz_law", stdin=text([A, B, 1]))[0, 4]
+    C = 2*np.cos(TAPER)**2.5*hertz(np.cos(TAPER)/(2*ROLLING_RADIUS), 0.5/Pendulum.of("sw").rho, 1.0, E_STAR)[3]
     table = ContactTable(Case.exercise(2, "sw").replace(model=model, vertical_load=0.0, **NEAR))
     fall = motion(table, 1e-6, 6e-3, order=4, beta=0.0, **AT_REST, Z=5e-5, vZ=-0.18)
     v = np.sqrt(0.18**2 + 2*9.81*(table.equilibrium + 5e-5 - table.rigid_height))

@@ -16,6 +16,7 @@ MASS, ROLL_INERTIA, PITCH_INERTIA = 1568.0, 656.0, 168.0     # [kg, kg m2]
 WEIGHT = MASS*9.81 + 164618                                  # with the vertical load [N]
 GAUGE, BACK_TO_BACK, ROLLING_RADIUS = 1.4351, 1.35214, 0.457 # [m]
 TAPER = np.arctan(1/40)                                      # of the tread [rad]
+E_STAR = 2.1e11/(2*(1 - 0.28**2))                            # of the steel [Pa]
 MIRROR = np.array([-1.0, 1.0, -1.0])     # (y, z, roll) of the mirrored wheelset
 
 
@@ -114,7 +115,7 @@ class Pendulum:
 
     def poses(self, y: np.ndarray) -> np.ndarray:
         """y, height of the axle centre and roll at lateral displacements."""
-        roll = newton(lambda roll: self.R*np.sin(2*roll) - self.d*np.sin(roll) - y, y/30, x1=y/20, tol=1e-17, maxiter=60)
+        roll = newton(lambda roll: self.R*np.sin(2*roll) - self.d*np.sin(roll) - y, y/30, x1=y/20 + 1e-6, tol=1e-17, maxiter=60)
         rise = self.R*(1 - np.cos(2*roll)) - self.d*(1 - np.cos(roll))
         return np.column_stack([y, self.centre[1] + self.rho*np.cos(TAPER) + ROLLING_RADIUS + rise, roll])
 

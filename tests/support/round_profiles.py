@@ -125,7 +125,7 @@ class Shape:
     def roll(self, y: np.ndarray | float) -> np.ndarray:
         """Roll angle at displacements."""
         y = np.asarray(y, float)
-        return newton(lambda roll: self.lateral(roll) - y, y/30, x1=y/20, tol=1e-17, maxiter=60)
+        return newton(lambda roll: self.lateral(roll) - y, y/30, x1=y/20 + 1e-6, tol=1e-17, maxiter=60)
 
     def delta_r(self, y: np.ndarray) -> np.ndarray:
         """Closed form of the difference of the rolling radii [m]."""
