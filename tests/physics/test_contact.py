@@ -259,6 +259,6 @@ def test_table_knows_where_runs_come(stage: str, pair: str, strips: ContactTable
         chosen.append(rng.choice(touching[over == (stage == "overturning")], 200))
     place, _, _, error = stated_error(strips, np.concatenate(chosen), tmp_path)
     assert (place > 0).mean() > 0.97      # the most out of reach: 1.6 % (sw, running)
-    # Some twice what was measured, of max(|F|, 5 kN); h bends sharply where the tread touches on the rail's crown and corner at once.
+    # Some twice what was measured, of max(|F|, 5 kN); h bends sharply where the tread touches crown and corner at once.
     largest, rms = (2e-3, 3e-4) if stage == "running" else (1e-2, 1e-3)
     assert error.max() < largest and np.sqrt(np.mean(error**2)) < rms

@@ -161,7 +161,8 @@ CONES = Shape(np.arctan(1/40), np.inf, 0.3)
 
 def cone_case(folder: Path, amplitude: float) -> Case:
     """Exact cones on round heads: points with all digits."""
-    return CONES.case(folder, 0.05).replace(formulation="bilateral", Y=amplitude, dt=1e-4, interval=1e-3, rows="interval", t_end=3.0)
+    return CONES.case(folder, 0.05).replace(
+        formulation="bilateral", Y=amplitude, dt=1e-4, interval=1e-3, rows="interval", t_end=3.0)
 
 
 def test_period_on_cones(tmp_path: Path):
@@ -199,7 +200,8 @@ def test_bilateral_motion_is_reversible():
     """From where it is after the flange, with the velocity reversed, the wheelset comes back."""
     there = exercise("ex2_aw", "bilateral", t_end=0.045, stop_at="t_end").data.iloc[-1]
     assert there.vY < 0
-    back = run(Case.exercise(2).replace(formulation="bilateral", Y=there.Y, vY=-there.vY, t_end=0.045, stop_at="t_end")).data.iloc[-1]
+    back = run(Case.exercise(2).replace(
+        formulation="bilateral", Y=there.Y, vY=-there.vY, t_end=0.045, stop_at="t_end")).data.iloc[-1]
     assert back.Y == pytest.approx(0, abs=1e-8) and back.vY == pytest.approx(-0.5, abs=1e-8)
 
 
@@ -238,7 +240,8 @@ def order(errors: list[float]) -> float:
 def test_bilateral_order(tmp_path: Path):
     """On the way: a light wheelset that swings fast on cones, whose path bends evenly. Errors fall with the fourth
     power of the step."""
-    case = cone_case(tmp_path, 3e-4).replace(mass=20.0, roll_inertia=8.0, interval=0.01, t_end=1.0, stop_at="t_end", energy_tolerance=0.0)
+    case = cone_case(tmp_path, 3e-4).replace(
+        mass=20.0, roll_inertia=8.0, interval=0.01, t_end=1.0, stop_at="t_end", energy_tolerance=0.0)
     y = [run(case.replace(dt=dt)).data.Y.to_numpy() for dt in (0.01, 0.005, 0.0025, 2e-4)]
     errors = [np.abs(coarse - y[-1]).max() for coarse in y[:-1]]
     assert errors[0] > 1e-10 and 3.5 < order(errors) < 4.5
@@ -284,8 +287,8 @@ def test_a_single_impact_has_the_closed_form(pair: str, restitution: float):
     assert next((event.t for event in done.events if event.kind == "impact" and event.t > hit.t), 1) > c.time[k]
     # Pose and velocities on both sides of the impact, by the parabola from the nearest rows.
     gravity, fall = np.array([0, -WEIGHT/MASS, 0]), hit.t - c.time[k - 1]
-    before = velocities(c)[k - 1] + gravity*fall
-    pose = np.array([c.Y[k - 1], done.table.equilibrium + c.Z[k - 1], c.roll[k - 1]]) + velocities(c)[k - 1]*fall + gravity*fall**2/2
+    pose = np.array([c.Y[k - 1], done.table.equilibrium + c.Z[k - 1], c.roll[k - 1]])
+    before, pose = velocities(c)[k - 1] + gravity*fall, pose + velocities(c)[k - 1]*fall + gravity*fall**2/2
     # The normal and its lever from the profiles' points, 0.25 mm apart.
     wheel = turned(left_wheel(pair), pose[2]) + pose[:2]
     apart = gaps(wheel, left_rail(pair))

@@ -136,8 +136,8 @@ def axis_points(n: int, first: float, last: float, centre: float, scale: float) 
 
 
 def test_tensor_spline():
-    """Value, gradient and Hessian in space and in a plane are those of SciPy's cubic spline with the not-a-knot condition, at random
-    points and at both sides of every knot."""
+    """Value, gradient and Hessian in space and in a plane are those of SciPy's cubic spline with the not-a-knot condition, at
+    random points and at both sides of every knot."""
     axes = [axis_points(n, *axis) for n, axis in zip(POINTS, AXES, strict=True)]
     random = np.random.default_rng(3)
     f = random.normal(size=POINTS)
