@@ -59,7 +59,7 @@ def test_worn_wheel(worn: str, tmp_path: Path):
     wheel, rail = shapes.WORN_WHEELS[worn](WHEEL), shapes.side_worn(RAIL)
     clean = clearance(tmp_path / "clean", wheel, rail)
     assert 5 < clean < 16
-    measured = shapes.miniprof_old(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel")
+    measured = shapes.old_miniprof(shapes.noisy(shapes.with_faces(wheel), 0.01, 3), "wheel")
     # Worn shapes conform: where tread ends and flange begins is less certain.
     assert clearance(tmp_path / "measured", measured, shapes.noisy(rail, 0.01, 4)) == pytest.approx(clean, abs=0.3)
 

@@ -18,7 +18,8 @@ NEAR = 5e-8     # of a time, what nine digits tell apart
 def both(shipped: dict[str, Run]) -> Callable[..., tuple[ldbench.Run, ldbench.Run]]:
     """A run of an exercise with the actual profiles, and the run with rows at equal intervals alone."""
     def made(number: int, **changes: object) -> tuple[ldbench.Run, ldbench.Run]:
-        case = Case.exercise(number).replace(**{"t_end": 0.12, "stop_at": "t_end", "table_file": table_file(shipped, "aw")} | changes)
+        case = Case.exercise(number).replace(**{
+            "t_end": 0.12, "stop_at": "t_end", "table_file": table_file(shipped, "aw")} | changes)
         return run(case), run(case.replace(rows="interval"))
 
     return made
