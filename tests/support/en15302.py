@@ -136,22 +136,14 @@ def radii(combination: str) -> tuple[float, float]:
     return RADIUS, SMALLER if combination.endswith("-918") else RADIUS
 
 
-def level(combination: str, paths: dict[str, str], y: np.ndarray) -> np.ndarray:
-    """Geometry functions of a combination's level wheelset at y [mm], (12, n)."""
-    made = case(combination, paths)
-    handle = rigid_geometry(made)
-    return level_rows(handle, 1e-3*y, raised_surfaces(made, handle, radii(combination)))
-
-
-def deviations(combination: str, paths: dict[str, str], at: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+def deviations(combination: str, paths: dict[str, str]) -> tuple[np.ndarray, np.ndarray]:
     """Displacements of a combination's table [mm] and by how much the level wheelset's radius difference is off it [um].
 
-    Misprints are put right. Where the radius difference jumps at a displacement of the table, either end of the jump counts.
-    at: the only displacement that is asked for [mm].
-    """
+    Misprints are put right. Where the radius difference jumps at a displacement of the table, either end of the jump counts.    """
     y, printed = en15302_tables.table(combination)
-    if at is not None:
-        y, printed = y[y == at], printed[y == at]
     meant = [en15302_tables.MISPRINTS.get((combination, y_k), value) for y_k, value in zip(y.tolist(), printed, strict=True)]
-    off = [1e6*level(combination, paths, y + near)[7] - 1e3*np.array(meant) for near in (-NEAR, 0.0, NEAR)]
+    made = case(combination, paths)
+    handle = rigid_geometry(made)
+    raised = raised_surfaces(made, handle, radii(combination))
+    off = [1e6*level_rows(handle, 1e-3*(y + near), raised)[7] - 1e3*np.array(meant) for near in (-NEAR, 0.0, NEAR)]
     return y, np.min(np.abs(off), axis=0)

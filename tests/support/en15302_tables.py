@@ -83,8 +83,3 @@ def table(combination: str) -> tuple[np.ndarray, np.ndarray]:
     first, words = TABLES[combination]
     values = np.array(words.split(), float)/1e3
     return np.round(first + PITCH*np.arange(values.size), 1), values
-
-
-def smooth(values: np.ndarray, k: int) -> float:
-    """Value k as the two neighbours on either side have it, by a cubic."""
-    return float((4*(values[k - 1] + values[k + 1]) - values[k - 2] - values[k + 2])/6)
