@@ -1,4 +1,17 @@
-"""The three normal models against direct half-space solutions, at poses of the ten runs."""
+"""The three normal models against direct half-space solutions.
+
+At 50 poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force from
+the tables of the three models against half-spaces pressed together on 24 x 48 elements, with the interpenetration of
+the real profiles. Overturning, roll beyond 0.04 rad in the last tenths of a second of exercise 5, is listed apart.
+
+Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 550
+poses between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It
+is finer where that is above &table accuracy, 2e-3, as far as its smallest cells and largest numbers of points allow.
+
+All patches of a wheel are one elastic system. The last table integrates the first flange contact of the exercises with the
+wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have. So it does for
+two wheels that lie against the gauge corner, where a cut through their patch would move the peak by 9 %.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -22,25 +35,6 @@ RMS = {("aw", "strip"): 0.04, ("sw", "strip"): 0.08, ("aw", "hertz"): 0.05, ("sw
 FLOOR = 5e3                 # smallest force that deviations refer to [N]
 ELEMENTS = 12, 48           # of a patch, along x > 0 and along s
 
-TEXT = f"""At {POSES} poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force from
-the tables of the three models against half-spaces pressed together on 24 x 48 elements, with the interpenetration of
-the real profiles. Overturning, roll beyond {OVERTURNING} rad in the last tenths of a second of exercise 5, is listed
-apart.
-
-Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 550
-poses between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It
-is finer where that is above &table accuracy, 2e-3, as far as its smallest cells and largest numbers of points allow; a
-table that stops above it says so.
-
-All patches of a wheel are one elastic system. The last table integrates the first flange contact of the exercises with the
-wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have. So it does for
-two wheels that lie against the gauge corner, where a cut through their patch would move the peak by 9 %."""
-
-
-def table_file(pair: str, model: str) -> str:
-    return f"outputs/{pair}_{model}.table"
-
-
 def poses_of_run(exercise: int, pair: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """n poses of a left wheel on its rail, half of them with flange contact, and up to n of overturning, (n, 3) each.
 
@@ -61,7 +55,7 @@ def poses_of_run(exercise: int, pair: str, n: int, rng: np.random.Generator) -> 
 
 def wheel_forces(pair: str, model: str, poses: np.ndarray) -> np.ndarray:
     """(F_y, F_z) of the left wheel from the model's table at poses, (n, 2) [N]."""
-    case = ldbench.Case.exercise(1, pair).replace(contact_model=model, table_file=table_file(pair, model))
+    case = ldbench.Case.exercise(1, pair).replace(contact_model=model, table_file=f"outputs/{pair}_{model}.table")
     return ldbench.ContactTable(case).force(*poses.T, "left")[:, :2]
 
 
@@ -120,4 +114,4 @@ def section() -> Section:
         more_checks, more_table = more()
         checks += more_checks
         tables.append(more_table)
-    return Section("Normal models against direct half-space solutions", TEXT, checks, tables)
+    return Section("Normal models against direct half-space solutions", __doc__, checks, tables)

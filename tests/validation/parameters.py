@@ -26,12 +26,9 @@ their own table: {misprints}. Wheel A at 6.2 mm: two zones of its formulas meet 
 14 mm nearly conforms to one of 13 mm, so the step moves the contact by 0.1 mm and the radius difference by 32 µm; on a wheel
 without the step the tables are met. Where the contact jumps exactly at a displacement of the table, either end of the jump counts.
 
-With roll the contacts move on the heads, and the conicity is larger: it is not what the windows are for. The nonlinearity
-parameter is the growth of the conicity from 2 mm to 4 mm. The rolling radii coefficient is the radius difference of the treads
-before a flange's zone takes over, over the one with which the wheelset takes a curve of 300 m by rolling alone. Contact angle and
-roll angle parameters are half the distance of the contacts times the growth over y, by harmonic linearisation, of half the
-difference of the tangents of the contact angles and of the roll angle. The definitions follow O. Polach, D. Nicklisch, Wear
-366-367 (2016) 200-208, and K. Knothe, S. Stichel, Rail Vehicle Dynamics (2017)."""
+With roll the contacts move on the heads, and the conicity is larger: it is not what the windows are for. The definitions follow
+O. Polach, D. Nicklisch, Wear 366-367 (2016) 200-208, and K. Knothe, S. Stichel, Rail Vehicle Dynamics (2017).
+"""
 
 
 def misprint_words() -> str:
@@ -70,17 +67,9 @@ def combination_checks(name: str, paths: dict[str, str], found: Pair) -> tuple[l
     return checks, row
 
 
-def parameter_row(name: str, found: Pair) -> list[str]:
-    """The other parameters of a combination."""
-    both = found.level, found.rolled
-    return [name, *(f"{value:.3f}" for values in (
-        [g.nonlinearity/1e3 for g in both], [g.rolling_radii_coefficient() for g in both],
-        [g.parameter("angle") for g in both], [g.parameter("roll") for g in both]) for value in values)]
-
-
 def section() -> Section:
     checks: list[Check] = []
-    rows, parameters = [], []
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         paths = en15302.write(Path(folder))
         for name in TABLES:
@@ -88,11 +77,7 @@ def section() -> Section:
             more, row = combination_checks(name, paths, found)
             checks += more
             rows.append(row)
-            parameters.append(parameter_row(name, found))
     return Section("Contact parameters of EN 15302", TEXT.format(misprints=misprint_words()), checks, [
         Table(f"Radius differences, and conicities inside windows, of {AMPLITUDES.size}", (
             "wheels on rail A", "radius differences", "median deviation [um]", "largest [um]", "level: inside window", "extended",
-            "with roll: inside window", "extended", "conicity at 3 mm: level", "with roll", "EN 15302"), rows),
-        Table("Other parameters: level, with roll", (
-            "wheels on rail A", "nonlinearity [1/mm]", "with roll", "rolling radii coefficient, 300 m", "with roll",
-            "contact angle parameter at 3 mm", "with roll", "roll angle parameter at 3 mm", "with roll"), parameters)])
+            "with roll: inside window", "extended", "conicity at 3 mm: level", "with roll", "EN 15302"), rows)])

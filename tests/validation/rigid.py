@@ -1,4 +1,10 @@
-"""Rigid contacts: whether the shipped steps are fine enough, and exercise 5 to its end."""
+"""Rigid contacts: whether the shipped steps are fine enough, and exercise 5 to its end.
+
+Exercises 1 to 3: the lateral displacement at the end, with the shipped steps and with steps of a quarter. Exercise 1 with
+restitution 1 is left out, for it is chaotic: a change of the initial velocity by 1e-10 of itself moves the end beyond the bar.
+Exercise 5: the energy that the wheelset has is the work of the lateral force, and times, forces and losses are the stored ones, to
+what a change of the initial velocity by 1e-12 m/s makes of them.
+"""
 from __future__ import annotations
 
 import ldbench
@@ -12,14 +18,6 @@ EXERCISES = 1, 2, 3
 CHAOTIC = (1, "unilateral, e = 1")      # hundreds of impacts in a row, each of which multiplies what differs
 FINE = {"dt": 2.5e-5, "energy_tolerance": 1e-11}        # steps of a quarter
 BAR = 1e-6                              # of Y at the end [m]
-
-TEXT = """Exercises 1 to 3 with rigid contacts: the lateral displacement at the end, with the shipped steps and with steps
-of a quarter. Exercise 1 with restitution 1 is left out, for it is chaotic: a change of the initial velocity by 1e-10 of
-itself moves the end by more than the bar.
-
-Exercise 5 goes to its end: the energy that the wheelset has is the work of the lateral force, and times, forces and losses
-are the stored ones, to what a change of the initial velocity by 1e-12 m/s makes of them."""
-
 
 def end_of(exercise: int, pair: str, formulation: str) -> tuple[float, float]:
     """Y at the end with the shipped steps and with fine ones [m]."""
@@ -53,5 +51,5 @@ def section() -> Section:
         checks.append(limit(f"ex{exercise}_{pair}, {name}: Y at the end, change by steps of a quarter [m]", ours - fine,
                             "steps of a quarter", BAR))
         rows.append([f"ex{exercise}_{pair}", name, f"{1e3*ours:.6f}", f"{1e9*(ours - fine):.3g}"])
-    return Section("Rigid contacts: steps and exercise 5", TEXT, checks + ends_of_exercise_5(), [
+    return Section("Rigid contacts: steps and exercise 5", __doc__, checks + ends_of_exercise_5(), [
         Table("Y at the end of the run", ["case", "formulation", "Y [mm]", "change by finer steps [nm]"], rows)])
