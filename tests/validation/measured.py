@@ -18,8 +18,8 @@ import ldbench
 import shapes
 from checks import Check, Section, absolute, limit
 from ldbench.geometry.pair import pair
+from models import modern
 from sheets import Table
-from tables import modern
 
 PAIRS = {"aw": ("awprof", "arprof"), "sw": ("swprof", "srprof")}
 NOISES = 0.01, 0.03                     # [mm]

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 import en15302
-import en15302_tables
 from checks import Check, Section, absolute, limit
 from ldbench.geometry.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
 from ldbench.geometry.pair import Pair, pair
@@ -34,8 +33,8 @@ O. Polach, D. Nicklisch, Wear 366-367 (2016) 200-208, and K. Knothe, S. Stichel,
 def misprint_words() -> str:
     """All misprints in words."""
     words = []
-    for (name, y), meant in en15302_tables.MISPRINTS.items():
-        at, values = en15302_tables.table(name)
+    for (name, y), meant in en15302.MISPRINTS.items():
+        at, values = en15302.table(name)
         words.append(f"radius difference of {name} at {y:g} mm {values[np.argmin(np.abs(at - y))]:.3f} for {meant:.3f} mm")
     for (name, amplitude), meant in MISPRINTS.items():
         printed = TABLES[name][0, int(np.argmin(np.abs(AMPLITUDES - 1e-3*amplitude)))]/1e3
@@ -46,7 +45,7 @@ def misprint_words() -> str:
 def combination_checks(name: str, paths: dict[str, str], found: Pair) -> tuple[list[Check], list[str]]:
     """Checks of a combination and its row of the table of results."""
     y, off = en15302.deviations(name, paths)
-    step = np.array([(name, at) in en15302_tables.AT_A_STEP for at in y.tolist()])
+    step = np.array([(name, at) in en15302.AT_A_STEP for at in y.tolist()])
     checks = [
         limit(f"{name}: radius difference level, largest deviation [um]", off[~step].max(), "EN 15302, annex J", DELTA_R_BAR),
         limit(f"{name}: radius difference level, median deviation [um]", np.median(off), "EN 15302, annex J", MEDIAN_BAR)]

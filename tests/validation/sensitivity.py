@@ -301,8 +301,8 @@ def first_contact_checks(study: Study) -> list[Check]:
 def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
     """Let go where it just touches, a Hertz spring (force ~ depth^3/2) peaks at 5/2 times the weight."""
     checks = []
-    for model in MODELS:
-        table = tables["base" if model == MODELS[0] else f"model {model}"]
+    for model, name in zip(MODELS, ("base", *(f"model {m}" for m in MODELS[1:])), strict=True):
+        table = tables[name]
         case = table.case.replace(Z=table.rigid_height - table.equilibrium, vY=0, roll_rate=0, dt=1e-5, t_end=5e-3,
                                   stop_at="t_end")
         rest = np.linalg.norm(table.forces_by_contact(0.0, table.equilibrium, 0.0)[0, :2])
@@ -318,13 +318,13 @@ def section() -> Section:
     parting: list[Divergence] = []
     tables: dict[str, dict[str, ContactTable]] = {}
     with tempfile.TemporaryDirectory() as scratch:
-        for pair in PAIRS:
+        for pair, clearance in PAIRS.items():
             found = variants(pair, Path(scratch))
             of_pair, tables[pair] = run_variants(pair, found)
             study |= of_pair
             parting += [divergence(exercise, pair, tables[pair]["base"]) for exercise in EXERCISES]
             out.checks += profile_checks(pair, Path(scratch)) + [
-                absolute(f"{pair} clearance, {v.name} [m]", tables[pair][v.name].clearance, PAIRS[pair],
+                absolute(f"{pair} clearance, {v.name} [m]", tables[pair][v.name].clearance, clearance,
                          "benchmark call; bar the spline through the points, and the throat's last digit",
                          clearance_bar(tables[pair][v.name])) for v in found if v.group in ("crown", "throat")]
             out.checks += release_checks(pair, tables[pair])

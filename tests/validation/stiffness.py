@@ -78,7 +78,6 @@ class Approach:
     weight: float
     speed: float            # before the impact, in the kinetic metric [J^1/2]
 
-
     def distance(self, scale: float) -> float:
         """The distance of the velocities after the first contact, over the velocity before."""
         e, r = self.elastic[scale], self.rigid

@@ -13,11 +13,11 @@ from __future__ import annotations
 import json
 import tempfile
 from dataclasses import dataclass, field
+from math import radians
 from pathlib import Path
 
 import numpy as np
 
-import apta
 import make_profiles as mp
 from checks import Check, Section, absolute, relative
 from ldbench import ContactTable
@@ -32,6 +32,39 @@ CORNERS = 9.525, 12.7, 15.875               # radii of the gauge corner: 3/8, 1/
 NAMES = "t_LF", "t_end", "N_LF", "F"
 LONG = {"t_LF": "first left flange contact [ms]", "t_end": "return or derailment [ms]", "N_LF": "peak of the left flange [kN]",
         "F": "lateral force at derailment [kN]"}
+
+# The wheels of APTA PR-M-S-015-06, Rev. 1 (2022), appendix C, are rebuilt from radii and angles, so that tangents do not jump by
+# what the four decimals of the points, in inches, leave.
+INCH = 25.4                 # [mm]
+# Distance from the wheel's back to where the throat leaves the tread; measures that follow and test the arcs: from the back to
+# the lowest point, height of the flange there over the end of the throat [in].
+THROAT = {"140M": 0.6929 + 1.1875, "240": 1.0148 + 1.1563}
+LOWEST = {"140M": (1.1875 - 0.5905, 0.6250 - 0.2025 + 0.6250), "240": (1.1563 - 0.5625, 0.3750 + 0.6556)}
+
+
+def apta_flange(name: str) -> list[tuple[float, float, float, float]]:
+    """Pieces from the lowest point to the tread [mm, rad]."""
+    if name == "140M":
+        a, b = radians(72.45), radians(75.23)
+        return [mp.arc(-0.625*INCH, 0, a), mp.arc(-1.875*INCH, a, b), mp.arc(0.703*INCH, b, mp.TAPER)]
+    a, b, c = radians(37.89), radians(75), radians(30.79)
+    return [mp.arc(-0.6875*INCH, 0, a), mp.arc(-0.375*INCH, a, b), mp.line(b, 0.143*INCH), mp.arc(0.5625*INCH, b, c),
+            mp.arc(1.5*INCH, c, mp.TAPER)]
+
+
+def apta_wheel(name: str) -> list[mp.Piece]:
+    """A wheel from its lowest point's back to the field side, z = 0 on the tread 78 mm from the back."""
+    return mp.wheel(THROAT[name]*INCH, 78, *apta_flange(name))
+
+
+def apta_clearance(name: str) -> float:
+    """Rigid-axle clearance of the exact arcs on the shipped actual rail [mm]."""
+    rail = mp.shift(mp.arprof(), mp.GAUGE_POINT, 0)
+    placed = mp.shift(apta_wheel(name), mp.WHEEL_BACK, 0)
+    height, _, (_, z) = mp.touch(placed[-1:], rail, 0, 0)
+    placed = mp.shift(placed, 0, height - z - mp.ROLLING_RADIUS)
+    return float(mp.root(lambda Y: mp.on_flange(placed, rail, Y), 5, 14))
+
 
 @dataclass
 class Study:
@@ -53,7 +86,7 @@ def variants(folder: Path, chosen: tuple[str, ...] = ()) -> dict[str, dict[str, 
     found: dict[str, dict[str, Value]] = {"ours": {}}
     for name in WHEELS:
         file = folder/f"apta_{name}.yz"
-        mp.write(file, apta.wheel(name), f"wheel {name}", [], "from the arcs of APTA PR-M-S-015-06")
+        mp.write(file, apta_wheel(name), f"wheel {name}", [], "from the arcs of APTA PR-M-S-015-06")
         found[f"APTA {name}"] = {"wheel_profile": str(file), "table_file": ""}
     others = {f"throat radii x {k:g}": {"throat": k} for k in THROATS} | {f"gauge corner {R:g} mm": {"corner": R} for R in CORNERS}
     found |= {name: write_profiles(folder, "aw", **radii) for name, radii in others.items() if not chosen or name in chosen}
@@ -116,12 +149,12 @@ def section() -> Section:
     checks: list[Check] = []
     for name in WHEELS:
         checks.append(absolute(f"clearance of APTA {name} on the shipped rail [mm]", 1e3*study.clearance[f"APTA {name}"],
-                               apta.clearance(name), "exact arcs, without a spline", 1e3*study.bar[f"APTA {name}"]))
-        low, z = mp.chain((0, 0), *apta.flange(name))[-1].end
-        for what, value, inches in (("lowest point from the back", apta.THROAT[name]*apta.INCH - low, apta.LOWEST[name][0]),
-                                    ("height of the flange over the end of the throat", z, apta.LOWEST[name][1])):
+                               apta_clearance(name), "exact arcs, without a spline", 1e3*study.bar[f"APTA {name}"]))
+        low, z = mp.chain((0, 0), *apta_flange(name))[-1].end
+        for what, value, inches in (("lowest point from the back", THROAT[name]*INCH - low, LOWEST[name][0]),
+                                    ("height of the flange over the end of the throat", z, LOWEST[name][1])):
             # A quarter of a hundredth of a degree on 1.5 in, and the points' last digits.
-            checks.append(absolute(f"APTA {name}: {what} [mm]", value, apta.INCH*inches, "points of the standard", 0.02))
+            checks.append(absolute(f"APTA {name}: {what} [mm]", value, INCH*inches, "points of the standard", 0.02))
     checks += [absolute(f"clearance, {name} [mm]", 1e3*x, 1e3*PAIRS["aw"], "benchmark call", 1e3*study.bar[name])
                for name, x in study.clearance.items() if not name.startswith("APTA")]
     told = json.loads(SPREAD.read_text())
