@@ -1,8 +1,8 @@
 """Reference wheels and the reference rail of EN 15302:2021, annex I, as formulas, and their points as profile files.
 
 A zone holds from its first y on [mm], y = 0 on the tape circle of a wheel and on the line of the rail above which the tape
-circle of the centred wheel stands; depth grows downwards [mm]. A zone is a line (value at y = 0, slope), or an arc (y and depth
-of its centre, radius, side: 1 below the centre, -1 above it).
+circle of the centred wheel stands; depth grows downwards [mm]. A zone is a line (value at y = 0, slope), or an arc (y and
+depth of its centre, radius, side: 1 below the centre, -1 above it).
 
 The last zone of wheel C begins at 59 mm with the depth with which the zone before it ends.
 """

@@ -47,16 +47,8 @@ class States:
         self.energy = np.stack([table.potential(*poses.T, wheel=wheel, **place) for wheel in ("left", "right")], axis=1)   # [J]
         self.gradient = -table.forces_by_contact(*poses.T, **place)     # (pose, contact LT LF RT RF, coordinate) [N, N m]
         self.hessian = table.tangent(*poses.T, **place)                 # (pose, coordinate, coordinate) of the sum of the energies
-
-    @property
-    def total(self) -> np.ndarray:
-        """Gradient of the sum of the energies."""
-        return self.gradient.sum(axis=1)
-
-    @property
-    def force(self) -> np.ndarray:
-        """Size of each contact's force, (pose, contact) [N]."""
-        return np.hypot(self.gradient[..., 0], self.gradient[..., 1])
+        self.total = self.gradient.sum(axis=1)                          # gradient of that sum
+        self.force = np.hypot(self.gradient[..., 0], self.gradient[..., 1])     # size of each contact's force, (pose, contact) [N]
 
 
 def table_file(shipped: dict[str, Run], pair: str) -> Path:

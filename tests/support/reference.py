@@ -2,27 +2,25 @@
 
 `make reference` runs all cases, says what moved, and replaces the references; tests say it too, and replace nothing.
 
-outputs/reference has two files per shipped input, which read like any column file: <case>.txt, rows of the run with its
-events and peaks of the summary; <case>_tolerance.txt, how far each of these numbers may move, inf where it is
-not compared.
+outputs/reference has two files per shipped input, which read like any column file: <case>.txt, rows of the run with its events
+and peaks of the summary; <case>_tolerance.txt, how far each of these numbers may move, inf where it is not compared.
 
-Tolerances. Another compiler rounds differently; impacts amplify that. How much is measured: the run is repeated
-with its initial lateral velocity changed by 1e-10 of itself to either side (exercise 5, which starts at rest: by
-up to 4e-12 m/s), and the largest deviation up to a row's time is the amplification there. Fused multiply-add
-instructions in the whole program move exercises 1 to 4 by less than a tenth of that, exercise 5 by up to twice
-that. A number may move by
+Tolerances. Another compiler rounds differently; impacts amplify that. How much is measured: the run is repeated with its
+initial lateral velocity changed by 1e-10 of itself to either side (exercise 5, which starts at rest: by up to 4e-12 m/s), and
+the largest deviation up to a row's time is the amplification there. Fused multiply-add instructions in the whole program move
+exercises 1 to 4 by less than a tenth of that, exercise 5 by up to twice that. A number may move by
 
     a written digit  +  1e-7 of the column's range (all energies have one)  +  10 times that deviation
 
-and is compared while the last term is less than 1e-3 of the range. Exercise 5 is chaotic from its first bounces
-on the flange: its rows end there, and the range is that of these rows. Events and peaks of the whole run have
-tolerances of the same kind, event times that of a step in addition; where they are chaotic they are compared as a
-statistic, mean of nine runs +- their 99.9 % prediction interval, if that says anything.
+and is compared while the last term is less than 1e-3 of the range. Exercise 5 is chaotic from its first bounces on the flange:
+its rows end there, and the range is that of these rows. Events and peaks of the whole run have tolerances of the same kind,
+event times that of a step in addition; where they are chaotic they are compared as a statistic, mean of nine runs +- their
+99.9 % prediction interval, if that says anything.
 
 formulations.csv has the rigid formulations: instants of every motion, in exercise 5 of the first second, and how exercise 5
 ends. With restitution below 1 the wheelset comes to rest on the flange long before, and the end does not depend on how; with
-restitution 1 it rattles on, and the end may move by some kN; bilateral, it never ends: when a rail begins to pull, and the least
-Y of the last second. A number may move by 1e-9 and ten times that deviation; instants are compared up to 1e-4.
+restitution 1 it rattles on, and the end may move by some kN; bilateral, it never ends: when a rail begins to pull, and the
+least Y of the last second. A number may move by 1e-9 and ten times that deviation; instants are compared up to 1e-4.
 """
 from __future__ import annotations
 

@@ -1,18 +1,12 @@
-"""Cones and arcs on rails with round heads: profiles whose rolling radii and conicity have closed forms.
+"""Cones and arcs on rails with round heads: profiles whose rolling radii and conicity have closed forms at any amplitude.
 
-Two families have closed forms at any amplitude. Cone on round heads: with the heads' centres at +-e, R = e/sin(2 g) and
-d the height of the axle over the cones' common line through these centres,
+Cone on round heads: with the heads' centres at +-e, R = e/sin(2 g) and d the height of the axle over the cones' common line
+through these centres, y = R sin(2 roll) - d sin(roll), delta_r = 2 e sin(roll), tan(gamma_e) -> e/(2 R - d).
 
-    y = R sin(2 roll) - d sin(roll),    delta_r = 2 e sin(roll),    tan(gamma_e) -> e/(2 R - d).
-
-Arc on arc, radius R_w of the wheel and R_r of the rail: the centres of curvature are the joints of a four-bar linkage
-with cranks of length D = R_w - R_r; e_w and h place the wheel's centre of curvature in the wheelset:
-
-    delta_r = R_w (cos(angle_R + roll) - cos(angle_L - roll)),
-    tan(gamma_e) -> R_w sin(g) (e_w - D sin g)/(D (e_w cos g + h sin g)),
-
-which is Wickens' R_w g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals of Rail
-Vehicle Dynamics, 2003).
+Arc on arc, radius R_w of the wheel and R_r of the rail: the centres of curvature are the joints of a four-bar linkage with
+cranks of length D = R_w - R_r; e_w and h place the wheel's centre of curvature in the wheelset: delta_r = R_w (cos(angle_R +
+roll) - cos(angle_L - roll)), tan(gamma_e) -> R_w sin(g) (e_w - D sin g)/(D (e_w cos g + h sin g)), which is Wickens' R_w
+g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals of Rail Vehicle Dynamics, 2003).
 """
 from __future__ import annotations
 

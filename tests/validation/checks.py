@@ -3,8 +3,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from sheets import Table
 
 SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
@@ -60,8 +58,3 @@ class Section:
     text: str                                               # what was done, what it shows; a few sentences
     checks: list[Check] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
-
-
-def number(x: float) -> str:
-    """A number for a table: five digits."""
-    return "" if np.isnan(x) else f"{x:.5g}"

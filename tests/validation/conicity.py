@@ -2,18 +2,19 @@
 
 Test profiles have closed forms at any amplitude (round_profiles): cones of 1:40, 1:20 and 1:10 on round rail heads, and hollow
 wheels on round heads, where the wheelset is a four-bar linkage. For the shipped profiles the reference is the rigid contact of
-their exact arcs and lines, found without splines or tables. A 1:40 cone does not have a conicity of 0.025: the wheelset rolls as it
-shifts, which moves the contacts on the round heads, so tan(gamma_e) = e/(2R - d) = 0.0256. Wickens' formula says the same.
+their exact arcs and lines, found without splines or tables. A 1:40 cone does not have a conicity of 0.025: the wheelset rolls
+as it shifts, which moves the contacts on the round heads, so tan(gamma_e) = e/(2R - d) = 0.0256. Wickens' formula says the
+same.
 
-The core linearises harmonically: tan(gamma_e) = 1/(pi a) int_0^2pi (delta_r(a sin t)/2) sin t dt (Mauer; Knothe and
-Stichel, Rail Vehicle Dynamics, 2017). EN 15302 (Annex B) takes the cone of the same wavelength as the kinematic
-motion y'' = -delta_r(y)/(2 b r_0), 2 b being the distance of the contacts. Both agree to the first order in the
-non-linearity of delta_r: to six digits up to the flange contact. Beyond it they differ by 20 to 45 %, for of a jump of delta_r near
-the turning point the wavelength sees less than the first harmonic; the core's rule, 200 phases and cells of 0.1 mm, is good to 1 %
-from a few tenths of a millimetre beyond the contact on, and wrong by up to 20 % nearer to it.
+The core linearises harmonically: tan(gamma_e) = 1/(pi a) int_0^2pi (delta_r(a sin t)/2) sin t dt (Mauer; Knothe and Stichel,
+Rail Vehicle Dynamics, 2017). EN 15302 (Annex B) takes the cone of the same wavelength as the kinematic motion y'' =
+-delta_r(y)/(2 b r_0), 2 b being the distance of the contacts. Both agree to the first order in the non-linearity of delta_r:
+to six digits up to the flange contact. Beyond it they differ by 20 to 45 %, for of a jump of delta_r near the turning point
+the wavelength sees less than the first harmonic; the core's rule, 200 phases and cells of 0.1 mm, is good to 1 % from a few
+tenths of a millimetre beyond the contact on, and wrong by up to 20 % nearer to it.
 
-On the actual profiles the rigid wheelset has two ways to stand from about 10.2 mm on, and only the steeper one beyond
-10.42 mm: there it jumps from the flange's throat, 68 degrees, onto the flange tip's side with 6 mrad of roll.
+On the actual profiles the rigid wheelset has two ways to stand from about 10.2 mm on, and only the steeper one beyond 10.42
+mm.
 """
 from __future__ import annotations
 

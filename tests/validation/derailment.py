@@ -1,12 +1,12 @@
 """Derailed means no way back: a sweep of initial lateral velocities in which every run is allowed to go on.
 
 A wheelset has derailed when the tip of a flange is outside the highest point of its rail and the wheelset moves outwards: from
-there the crown pushes outwards, and the tread of the other wheel rolls down its cone. That there is no way back is tried: initial
-lateral velocities from 1 to 4 m/s in equal steps, both pairs of profiles, in every formulation, each run going on until the
-wheelset has returned to the centre after both flanges, or has left what the contact table covers. No run that is called derailed
-may come back, its centre of gravity not at all, and every other one has to return. How far the tip of a flange goes is computed
-from the profile files and the columns alone. The tables go 6 mm deep, for 4 m/s press the flange farther into the rail than the
-shipped tables go.
+there the crown pushes outwards, and the tread of the other wheel rolls down its cone. That there is no way back is tried:
+initial lateral velocities from 1 to 4 m/s in equal steps, both pairs of profiles, in every formulation, each run going on
+until the wheelset has returned to the centre after both flanges, or has left what the contact table covers. No run that is
+called derailed may come back, its centre of gravity not at all, and every other one has to return. How far the tip of a flange
+goes is computed from the profile files and the columns alone. The tables go 6 mm deep, for 4 m/s press the flange farther into
+the rail than the shipped tables go.
 """
 from __future__ import annotations
 

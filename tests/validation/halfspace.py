@@ -1,9 +1,9 @@
 """The half-space solver against closed forms of contact mechanics.
 
 Frictionless contact of elastic half-spaces on rectangular elements (Boussinesq-Love influence coefficients, no tension and no
-interpenetration to 1e-9 of the depth). K. L. Johnson, Contact Mechanics (1985): Hertz's ellipse (4.25-4.32) over axis ratios 0.05
-to 20, flat punch (3.34-3.37); bodies of the form r^n (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47-57; n = 1 is the cone, 5.3); two
-patches that act on each other. Semi-axes are those of the pressure's second moments.
+interpenetration to 1e-9 of the depth). K. L. Johnson, Contact Mechanics (1985): Hertz's ellipse (4.25-4.32) over axis ratios
+0.05 to 20, flat punch (3.34-3.37); bodies of the form r^n (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47-57; n = 1 is the cone,
+5.3); two patches that act on each other. Semi-axes are those of the pressure's second moments.
 """
 from __future__ import annotations
 

@@ -1,23 +1,22 @@
 """SciPy's DOP853 against the core's integrator.
 
-M q'' = f(t) - dU/dq, q = (y, z, roll), is integrated once more from the shipped initial conditions, by
-DOP853 (Dormand and Prince, order 8 with step control) with relative tolerances 1e-12 and 3e-14 (SciPy's least
-is 2e-14) and steps of at most 50 and 25 µs. It has nothing in common with the core's integrator but the force.
+M q'' = f(t) - dU/dq, q = (y, z, roll), is integrated once more from the shipped initial conditions, by DOP853 (Dormand and
+Prince, order 8 with step control) with relative tolerances 1e-12 and 3e-14 (SciPy's least is 2e-14) and steps of at most 50
+and 25 µs. It has nothing in common with the core's integrator but the force.
 
 The core's step is explicit, of fourth order, and cut into 2, 4, ... where it changes the total energy by more than a
-tolerance. That change goes with the fifth power of the step, so a setting with half the step has a 32nd of the
-tolerance. A step that a contact touches in, where F begins as the 3/2 power of the penetration, makes an error of order
-2.5 only: from one setting to the next errors go down 2^2.5 = 5.7 times at least. Step error of the shipped setting s between
-the coarser c and the finer f: the larger of |s - f|/(1 - 1/5.7) and |c - s|/(5.7 - 1), so that none is small by chance.
+tolerance. That change goes with the fifth power of the step, so a setting with half the step has a 32nd of the tolerance. A
+step that a contact touches in, where F begins as the 3/2 power of the penetration, makes an error of order 2.5 only: from one
+setting to the next errors go down 2^2.5 = 5.7 times at least. Step error of the shipped setting s between the coarser c and
+the finer f: the larger of |s - f|/(1 - 1/5.7) and |c - s|/(5.7 - 1), so that none is small by chance.
 
-Bar of the deviation: step error and what DOP853 changes between its settings, an upper bound of its error with the
-second. Event times: the motion's bar over the speed of what happens, and what the rule of the core that finds times within a step
-misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the step, was
-zero, whatever the load of the tread does in the step; passages of the centre are interpolated linearly. Peaks: the
-motion's bar times the derivatives of the force, and what a parabola through three values of DOP853's force misses. In
-all of them with the longest step that the core may have taken there, found by halving the step until the core does not cut it.
+Bar of the deviation: step error and what DOP853 changes between its settings, an upper bound of its error with the second.
+Event times: the motion's bar over the speed of what happens, and what the rule of the core that finds times within a step
+misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the step, was zero,
+whatever the load of the tread does in the step; passages of the centre are interpolated linearly. Peaks: the motion's bar
+times the derivatives of the force, and what a parabola through three values of DOP853's force misses. In all of them with the
+longest step that the core may have taken there, found by halving the step until the core does not cut it.
 
-In exercises 2 to 4 what is left of the deviation is mostly DOP853's; both come near to what round-off grows to by the impacts.
 Exercise 5 loses its memory once the wheelset rattles on the flange. It is compared until the bar reaches 10 µm.
 """
 from __future__ import annotations

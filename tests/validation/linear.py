@@ -1,16 +1,17 @@
-"""The three eigenfrequencies of the wheelset at rest, found in six ways: by the core; by SciPy from the tangent stiffness; from
-differences of the forces; from the zero crossings of runs that start in a mode with 0.2 micrometres; from the closed form of two
-lines (the treads) on two circles (the rail heads) with Hertz's force; and, for the lateral mode, from that of the rigid wheelset, a
-pendulum. All with strips, which are Hertz's law there; the half-space table, whose lateral stiffness of 12 N/mm is what is left of
-1e6 N/mm, against the closed form.
+"""The three eigenfrequencies of the wheelset at rest, found in six ways: by the core; by SciPy from the tangent stiffness;
+from differences of the forces; from the zero crossings of runs that start in a mode with 0.2 micrometres; from the closed
+form of two lines (the treads) on two circles (the rail heads) with Hertz's force; and, for the lateral mode, from that of
+the rigid wheelset, a pendulum. All with strips, which are Hertz's law there; the half-space table, whose lateral stiffness
+of 12 N/mm is what is left of 1e6 N/mm, against the closed form.
 
-The centred wheelset stands with two lines, at the angle g, on two circles of radius rho. In the wheelset's frame the penetration of
-the left head, its centre being p = (p_y, p_z) from the axle centre, is delta = d0 - p_y sin(g + roll) + p_z cos(g + roll), exactly
-and at any displacement. With Hertz's force N(delta) the tangent stiffness of a wheel is N' grad(delta) grad(delta)^T +
-N hess(delta): the contact springs and the geometric (gravity) stiffness. For N' to infinity the lateral mode (0.44 Hz) becomes the
-pendulum, omega^2 = W (4R - d)/(M (2R - d)^2 + I_x); the gap, 0.09 % with steel as it is, closes as N/N' does, with the approach,
-which goes with scale^(-2/3). It takes the nine decimals of the shipped points to see that: with six the curvature under a patch is
-uncertain by up to 1e-3 1/m. Bounce (208 Hz) and roll (239 Hz) are oscillations on the two contact springs.
+The centred wheelset stands with two lines, at the angle g, on two circles of radius rho. In the wheelset's frame the
+penetration of the left head, its centre being p = (p_y, p_z) from the axle centre, is delta = d0 - p_y sin(g + roll) + p_z
+cos(g + roll), exactly and at any displacement. With Hertz's force N(delta) the tangent stiffness of a wheel is N' grad(delta)
+grad(delta)^T + N hess(delta): the contact springs and the geometric (gravity) stiffness. For N' to infinity the lateral mode
+(0.44 Hz) becomes the pendulum, omega^2 = W (4R - d)/(M (2R - d)^2 + I_x); the gap, 0.09 % with steel as it is, closes as N/N'
+does, with the approach, which goes with scale^(-2/3). It takes the nine decimals of the shipped points to see that: with six
+the curvature under a patch is uncertain by up to 1e-3 1/m. Bounce (208 Hz) and roll (239 Hz) are oscillations on the two
+contact springs.
 """
 from __future__ import annotations
 

@@ -1,21 +1,21 @@
 """Half-space solutions against those of CONTACT in the Manchester contact benchmark A-2.2: S1002 on UIC60.
 
-The shipped S1002 and 60E1 are those of the standards: on the corner of the rail they lie up to 0.04 mm from the benchmark's. The
-wheel is pressed to CONTACT's normal force. CONTACT's wheelset is yawed, and a yawed wheel shows a straight rail its silhouette: the
-profile that all its circles make, seen along the rail. A circle of radius r at y, where the profile has the slope t, touches the
-silhouette at the angle theta with sin(theta) = t tan(yaw), so that y' = y cos(yaw) + r t tan(yaw) sin(yaw) and r' = r cos(theta).
-The rail's direction makes the angle yaw/cos(a) with the circles where the contact angle is a: there the wheel curves by cos(a)/r +
-k (yaw/cos(a))², with the curvature k of its profile. It gets the radius that has this curvature. That the axes of the patch turn is
-left out.
+The shipped S1002 and 60E1 are those of the standards: on the corner of the rail they lie up to 0.04 mm from the benchmark's.
+The wheel is pressed to CONTACT's normal force. CONTACT's wheelset is yawed, and a yawed wheel shows a straight rail its
+silhouette: the profile that all its circles make, seen along the rail. A circle of radius r at y, where the profile has the
+slope t, touches the silhouette at the angle theta with sin(theta) = t tan(yaw), so that y' = y cos(yaw) + r t tan(yaw)
+sin(yaw) and r' = r cos(theta). The rail's direction makes the angle yaw/cos(a) with the circles where the contact angle is a:
+there the wheel curves by cos(a)/r + k (yaw/cos(a))², with the curvature k of its profile. It gets the radius that has this
+curvature. That the axes of the patch turn is left out.
 
 CONTACT's elastic energy is that of pressure and friction. Where all elements slide in nearly one direction, the traction is
 0.3 times the pressure, and its energy follows from the pressure (V. Cerruti; K. L. Johnson, Contact Mechanics, 3.6).
 
-Each pose has one patch in CONTACT. Its area is a number of elements of 0.2 mm, of which an edge cuts some; on the flange the patch
-is 3.5 elements wide, so that the largest pressure errs by percents there. These poses stand in the table alone: on the root of the
-flange (right wheel, y 5 to 6 mm) CONTACT presses a plane, we the developed surface; at 5 mm tread and flange both carry, which
-CONTACT takes for one patch and we press apart. The place is the centre of pressure against CONTACT's reference point, which is
-weighted otherwise: where two parts of a patch share the load (y = 0 to 1 mm), they differ by up to 0.4 mm.
+CONTACT's area is a number of elements of 0.2 mm, of which an edge cuts some; on the flange the patch is 3.5 elements wide, so
+that the largest pressure errs by percents there. These poses stand in the table alone: on the root of the flange (right wheel,
+y 5 to 6 mm) CONTACT presses a plane, we the developed surface; at 5 mm tread and flange both carry, which CONTACT takes for
+one patch. The place is the centre of pressure against CONTACT's reference point, which is weighted otherwise: where two parts
+of a patch share the load (y = 0 to 1 mm), they differ by up to 0.4 mm.
 """
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """Measured profiles: what noise does to clearance, contact and force; S1002 on 60E1 against another program.
 
-The shipped shapes, sampled every 0.25 mm with normally distributed noise along and across, six samples of each noise, smoothed by
-the noise that is found, against the exact shapes: the clearance; contact angle 0.8 mm beyond it; rolling radius 5 mm from the
-centre; the forces of tread and flange there, pressed by 0.1 mm. S1002 on 60E1 against CONTACT's output for the Manchester contact
-benchmark, case A-2.2, right wheel, which yaws the wheelset by up to 14 mrad and gives the middle of an elastic patch; the
-benchmark's own rail, points of UIC60, has a crown wider by 0.2 mm than EN 13674-1, which moves the contact by 0.3 to 0.5 mm: on the
-benchmark's points the program is within 0.02 mm; section manchester has the pressed contacts.
+The shipped shapes, sampled every 0.25 mm with normally distributed noise along and across, six samples of each noise, smoothed
+by the noise that is found, against the exact shapes: the clearance; contact angle 0.8 mm beyond it; rolling radius 5 mm from
+the centre; the forces of tread and flange there, pressed by 0.1 mm. S1002 on 60E1 against CONTACT's output for the Manchester
+contact benchmark, case A-2.2, right wheel, which yaws the wheelset by up to 14 mrad and gives the middle of an elastic patch;
+the benchmark's own rail, points of UIC60, has a crown wider by 0.2 mm than EN 13674-1, which moves the contact by 0.3 to 0.5
+mm: on the benchmark's points the program is within 0.02 mm; section manchester has the pressed contacts.
 """
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 """The three normal models against direct half-space solutions.
 
-At 50 poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force from
-the tables of the three models against half-spaces pressed together on 24 x 48 elements, with the interpenetration of
-the real profiles. Overturning, roll beyond 0.04 rad in the last tenths of a second of exercise 5, is listed apart.
+At 50 poses of each of the ten runs on the rails, half of them with flange contact, a wheel's force from the tables of the
+three models against half-spaces pressed together on 24 x 48 elements, with the interpenetration of the real profiles.
+Overturning, roll beyond 0.04 rad in the last tenths of a second of exercise 5, is listed apart.
 
-Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 550
-poses between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It
-is finer where that is above &table accuracy, 2e-3, as far as its smallest cells and largest numbers of points allow.
+Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 550 poses
+between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It is finer
+where that is above &table accuracy, 2e-3, as far as its smallest cells and largest numbers of points allow.
 
 All patches of a wheel are one elastic system. The last table integrates the first flange contact of the exercises with the
 wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have. So it does for

@@ -1,26 +1,23 @@
-"""Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity, stable or not.
+"""Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity, stable or
+not.
 
-They are the points where force(q) + (F, -W, 0) = 0, a curve in (q, F), followed from rest by pseudo-arclength continuation (Keller
-1977; Seydel, Practical Bifurcation and Stability Analysis, 2010) through the limit point, where the load cannot grow any more, and
-on along the unstable branch.
+They are the points where force(q) + (F, -W, 0) = 0, a curve in (q, F), followed from rest by pseudo-arclength continuation
+(Keller 1977; Seydel, Practical Bifurcation and Stability Analysis, 2010) through the limit point, where the load cannot grow
+any more, and on along the unstable branch.
 
-The wheelset runs on its treads alone up to 0.13 kN (actual profiles) and 0.30 kN (simplified): without friction a 1:40 cone
-resists with no more than the gravity stiffness of 12 N/mm. Then the left flange takes the force. Its contact moves up the
-throat while the right wheel is relieved. The limit is reached when the right wheel carries nothing: weight, lateral force
-and the force of the left rail then meet in the centre of gravity, so F = W b/h with b and h the lateral and vertical
-distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so b/h = tan(contact
-angle): the wheelset stands on that point of its flange whose normal passes through its centre of gravity. (W b/h with 750 and
-457 mm, the contact being on the crown, would be 295 kN; but no lateral force of that size is carried there.)
+The wheelset runs on its treads alone up to 0.13 kN (actual profiles) and 0.30 kN (simplified). Then the left flange takes the
+force. Its contact moves up the throat while the right wheel is relieved. The limit is reached when the right wheel carries
+nothing: weight, lateral force and the force of the left rail then meet in the centre of gravity, so F = W b/h with b and h the
+lateral and vertical distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so b/h
+= tan(contact angle): the wheelset stands on that point of its flange whose normal passes through its centre of gravity. (W b/h
+with 750 and 457 mm, the contact being on the crown, would be 295 kN; but no lateral force of that size is carried there.) It
+overturns; it does not climb, which it would if L/V, the tangent of the contact angle, exceeded tan g, g being the largest
+flange angle: Nadal's limit without friction.
 
-The wheelset overturns; it does not climb. Nadal's limit becomes tan g without friction, g being the largest flange angle. The
-flange would climb if L/V, the tangent of the contact angle, exceeded that; the force at the height h above the contact overturns
-the wheelset first, because b/h is less. On the unstable branch it rolls about the left rail with the right wheel in the air;
-sooner or later the left tread carries again, the flange contact moves on towards the face, and F falls steadily.
-
-The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the
-stable and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at
-another one for every perturbation. The derailment that they report comes some tenths of a second later. Started at rest from the
-equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the limit itself.
+The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the stable
+and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at another one for
+every perturbation. Started at rest from the equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the
+limit itself.
 """
 from __future__ import annotations
 

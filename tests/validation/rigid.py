@@ -2,8 +2,8 @@
 
 Exercises 1 to 3: the lateral displacement at the end, with the shipped steps and with steps of a quarter. Exercise 1 with
 restitution 1 is left out, for it is chaotic: a change of the initial velocity by 1e-10 of itself moves the end beyond the bar.
-Exercise 5: the energy that the wheelset has is the work of the lateral force, and times, forces and losses are the stored ones, to
-what a change of the initial velocity by 1e-12 m/s makes of them.
+Exercise 5: the energy that the wheelset has is the work of the lateral force, and times, forces and losses are the stored
+ones, to what a change of the initial velocity by 1e-12 m/s makes of them.
 """
 from __future__ import annotations
 

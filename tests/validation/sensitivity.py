@@ -1,23 +1,24 @@
 """How the ten answers move with what the benchmark call leaves open, and how fast neighbouring motions part.
 
 Each variant changes one thing of the shipped cases: the crown radius of the rail (actual 8, 10, 14 in; simplified 250, 300,
-350 mm) and the throat radii of the flange (10 % either way), in both cases with the throat moved so that the published clearance is
-kept; smoothing of the profile points; Z = 0 where the unloaded instead of the loaded wheelset stands; the contact model; the step
-and the integrator; and, as a measure of chance, a start 1 nm aside. Finer step: half the step and a 32nd of the energy tolerance.
-Newmark: average acceleration (beta = 1/4), order 2; energy: the same with a discrete gradient. Both have steps of 2 µs, in
-exercise 5 50 µs, that are not cut. A change that is no larger than what 1 nm at the start does says nothing about the model.
+350 mm) and the throat radii of the flange (10 % either way), in both cases with the throat moved so that the published
+clearance is kept; smoothing of the profile points; Z = 0 where the unloaded instead of the loaded wheelset stands; the contact
+model; the step and the integrator; and, as a measure of chance, a start 1 nm aside. Finer step: half the step and a 32nd of
+the energy tolerance. Newmark: average acceleration (beta = 1/4), order 2; energy: the same with a discrete gradient. Both have
+steps of 2 µs, in exercise 5 50 µs, that are not cut. A change that is no larger than what 1 nm at the start does says nothing
+about the model.
 
-Divergence: the distance of two motions is the root of the sum of squares of their differences in Y, Z and roll times
-the radius of gyration, and of the rates of these over the vertical eigenfrequency. Rate and factor are of the geometric
-mean of four twins, started 1 nm aside (Y) and 1 nrad turned (roll), either way.
+Divergence: the distance of two motions is the root of the sum of squares of their differences in Y, Z and roll times the
+radius of gyration, and of the rates of these over the vertical eigenfrequency. Rate and factor are of the geometric mean of
+four twins, started 1 nm aside (Y) and 1 nrad turned (roll), either way.
 
-Twins on either side must part alike while the motion is linear in the distance: the sum of their two differences from
-the motion between them, over the smaller one, has two bars. The force goes with the 3/2 power of the penetration p, so
-a distance d makes a second-order part of d/(4 p) in each impact, and in each period of the vertical oscillation, since
-the frequency depends on the amplitude; d is the largest distance so far and p the approach at rest. Rounding and cuts of steps part
-motions as well: four probes that start 1e-15 m or rad apart show how far. The sum has six times the variance of one motion's error,
-the distance of a probe twice; four times the largest of the four covers that. Twins are compared until one is a thousandth of the
-approach away.
+Twins on either side must part alike while the motion is linear in the distance: the sum of their two differences from the
+motion between them, over the smaller one, has two bars. The force goes with the 3/2 power of the penetration p, so a distance
+d makes a second-order part of d/(4 p) in each impact, and in each period of the vertical oscillation, since the frequency
+depends on the amplitude; d is the largest distance so far and p the approach at rest. Rounding and cuts of steps part motions
+as well: four probes that start 1e-15 m or rad apart show how far. The sum has six times the variance of one motion's error,
+the distance of a probe twice; four times the largest of the four covers that. Twins are compared until one is a thousandth of
+the approach away.
 """
 from __future__ import annotations
 

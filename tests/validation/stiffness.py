@@ -1,20 +1,20 @@
 """Elastic contact of ever stiffer wheels and rails against rigid contact with restitution 1.
 
 Exercises 1 to 3 with the elastic modulus of the steel multiplied by up to 1e4, against rigid contacts that only push, with
-restitution 1. All start on the rails, with the roll rate that rigid contact links to the lateral velocity. The step is 2.5 us or,
-with more than ten times the modulus, shorter as an impact is, by the power −0.4; steps that change the energy by more than 1 nJ are
-cut.
+restitution 1. All start on the rails, with the roll rate that rigid contact links to the lateral velocity. The step is 2.5 us
+or, with more than ten times the modulus, shorter as an impact is, by the power −0.4; steps that change the energy by more than
+1 nJ are cut.
 
-When the left flange lets go for the first time, the velocities (Y, Z, roll) are compared with those of the rigid wheelset after its
-first impact and as long a flight, in the kinetic metric, over the velocity before; above some 100 % the contact lasts longer than
-the flight, which the treads end. An elastic impact lasts a time that falls with the power −0.4 of the modulus (Hertz), in which
-the wheelset turns and the treads, which carry load when the flange touches, push on: so the distance should fall with that power as
-well. The check is the power over the last two decades.
+When the left flange lets go for the first time, the velocities (Y, Z, roll) are compared with those of the rigid wheelset
+after its first impact and as long a flight, in the kinetic metric, over the velocity before; above some 100 % the contact
+lasts longer than the flight, which the treads end. An elastic impact lasts a time that falls with the power −0.4 of the
+modulus (Hertz), in which the wheelset turns and the treads, which carry load when the flange touches, push on: so the distance
+should fall with that power as well. The check is the power over the last two decades.
 
-Found: the first contact does tend to Moreau's impact with restitution 1, which gives all of the impulse to the flange though the
+Found: the first contact tends to Moreau's impact with restitution 1, which gives all of the impulse to the flange though the
 treads touch as well; slowly, as the power says. With steel as it is, treads and flange share the blow. What follows does not
-converge everywhere: where treads and flange hit in turn every millisecond (exercise 1), velocities some impacts later still change
-their sign from one modulus to the next.
+converge everywhere: where treads and flange hit in turn every millisecond (exercise 1), velocities some impacts later still
+change their sign.
 """
 from __future__ import annotations
 

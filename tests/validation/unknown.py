@@ -1,12 +1,13 @@
 """What the unknown profiles are worth: the answers with other wheels and other arcs that the call allows.
 
-The organisers' actual wheel is not known. The call gives its taper, 1:40, and the rigid-axle clearance, 10.18 mm. Exercises 1 to 5
-run with the actual rail and the narrow-flange wheels 140M and 240 of APTA PR-M-S-015-06, whose arcs give clearances of 10.40 mm and
-10.76 mm; and with our wheel and rail where one kind of radius is another one: both throat radii times 0.75 to 1.25, and the radius
-of the gauge corner 3/8, 1/2 and 5/8 in for 9/16 in. The throat is then moved so that the clearance of the call is kept. At 0.75 the
-throat has 13.1 mm, less than the gauge corner, and does not lie against it. The table says how far each published number moves, in
-per cent of ours. Return and derailment are compared where a run ends as ours does; the others are counted. After many impacts an
-answer of one run is a sample (section "What the call leaves open"), and so is its spread here.
+The organisers' actual wheel is not known. The call gives its taper, 1:40, and the rigid-axle clearance, 10.18 mm. Exercises 1
+to 5 run with the actual rail and the narrow-flange wheels 140M and 240 of APTA PR-M-S-015-06, whose arcs give clearances of
+10.40 mm and 10.76 mm; and with our wheel and rail where one kind of radius is another one: both throat radii times 0.75 to
+1.25, and the radius of the gauge corner 3/8, 1/2 and 5/8 in for 9/16 in. The throat is then moved so that the clearance of the
+call is kept. At 0.75 the throat has 13.1 mm, less than the gauge corner, and does not lie against it. The table says how far
+each published number moves, in per cent of ours. Return and derailment are compared where a run ends as ours does; the others
+are counted. After many impacts an answer of one run is a sample (section "What the call leaves open"), and so is its spread
+here.
 """
 from __future__ import annotations
 
