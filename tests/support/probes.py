@@ -112,6 +112,13 @@ class Pendulum:
         return np.column_stack([y, self.centre[1] + self.rho*np.cos(TAPER) + ROLLING_RADIUS + rise, roll])
 
 
+def top(x: np.ndarray) -> float:
+    """The largest value, on the parabola through three evenly spaced rows."""
+    k = int(x.argmax())
+    a, b, c = x[k - 1:k + 2]
+    return b + (a - c)**2/(8*(2*b - a - c))
+
+
 def gaps(points: np.ndarray, line: np.ndarray) -> np.ndarray:
     """Distances of points from a polyline, positive on its left when it is walked along."""
     start, way = line[:-1], np.diff(line, axis=0)

@@ -107,14 +107,6 @@ def read_ending(text: str) -> str:
     return re.search(r"ended at t = \S+ s: (.*)", text)[1]
 
 
-def units_line(text: str) -> list[str]:
-    return next(words for line in text.splitlines() if (words := line.split())[:2] == ["s", "m"])
-
-
-def read_step(text: str) -> float:
-    return float(re.search(r"steps: \d+ of at most (\S+) s", text)[1])
-
-
 def perturbations(case: str) -> list[Callable[[str], str]]:
     """Changes of a case's text: its initial lateral velocity a little larger and smaller."""
     def change(factor: float, summand: float) -> Callable[[str], str]:
@@ -129,28 +121,21 @@ def perturbations(case: str) -> list[Callable[[str], str]]:
 def growth(run: Columns, others: list[Columns], name: str) -> np.ndarray:
     """Largest deviation of a column up to each row's time; inf from where a contact is open in one run only."""
     rows = len(run["time"])
-    largest = np.zeros(rows)
-    for other in others:
-        deviation = np.full(rows, np.inf)
+    found = np.full((len(others) + 1, rows), 0.0)
+    for deviation, other in zip(found[1:], others, strict=True):
         n = min(rows, len(other["time"]))
         a, b = run[name][:n], other[name][:n]
-        deviation[:n] = np.where(np.isnan(a) & np.isnan(b), 0, np.abs(a - b))
-        deviation[np.isnan(deviation)] = np.inf
-        largest = np.maximum(largest, np.maximum.accumulate(deviation))
-    return largest
-
-
-def column_range(run: Columns, units: dict[str, str], name: str, rows: slice) -> float:
-    """What a column sweeps in these rows, the most of all energies for an energy; its size if it is constant."""
-    group = [other for other in run if units[other] == "J"] if units[name] == "J" else [name]
-    found = [run[other][rows] for other in group]
-    found = [x[~np.isnan(x)] for x in found]
-    return max((np.ptp(x) or np.abs(x).max() for x in found if len(x)), default=0.0)
+        deviation[n:] = np.inf
+        deviation[:n] = np.nan_to_num(np.where(np.isnan(a) & np.isnan(b), 0, np.abs(a - b)), nan=np.inf)
+    return np.maximum.accumulate(found.max(axis=0))
 
 
 def column_tolerance(run: Columns, others: list[Columns], units: dict[str, str], name: str, rows: slice) -> np.ndarray:
-    """The tolerance of every row; inf where the column is not compared."""
-    scale = column_range(run, units, name, rows)
+    """The tolerance of every row; inf where the column is not compared. A column's range is what it sweeps in these rows, the most
+    of all energies for an energy; its size if it is constant."""
+    group = [other for other in run if units[other] == "J"] if units[name] == "J" else [name]
+    swept = [x[~np.isnan(x)] for x in (run[other][rows] for other in group)]
+    scale = max((np.ptp(x) or np.abs(x).max() for x in swept if len(x)), default=0.0)
     amplified = AMPLIFICATION * growth(run, others, name)
     tolerance = WRITTEN * np.nanmax(np.abs(run[name]), initial=0) + RELATIVE * scale + amplified
     return np.where(amplified <= LIMIT * scale, tolerance, np.inf)[rows]
@@ -164,7 +149,7 @@ def reproducible_rows(run: Columns, others: list[Columns], units: dict[str, str]
     return rows
 
 
-def fact_tolerance(what: str, value: float, others: list[float | None], resolution: float) -> tuple[float, float]:
+def fact_tolerance(value: float, others: list[float | None], resolution: float) -> tuple[float, float]:
     """The value to compare with, and by how much it may differ."""
     if None in others:
         return value, np.inf
@@ -173,9 +158,7 @@ def fact_tolerance(what: str, value: float, others: list[float | None], resoluti
         return value, resolution + AMPLIFICATION * deviation
     sample = [value, *others]
     mean, tolerance = round(float(np.mean(sample)), 6), resolution + PREDICTION * float(np.std(sample, ddof=1))
-    if len(sample) == STATISTIC and tolerance < LOOSEST * abs(mean):
-        return mean, tolerance
-    return value, np.inf
+    return (mean, tolerance) if len(sample) == STATISTIC and tolerance < LOOSEST * abs(mean) else (value, np.inf)
 
 
 def resolution(what: str, run: Run) -> float:
@@ -183,14 +166,16 @@ def resolution(what: str, run: Run) -> float:
     digit = next((digit for unit, digit in DIGIT.items() if what.endswith(unit)), 0.0)
     if not what.endswith("[s]"):
         return digit
-    return digit + (read_interval(run.header) if what == "end [s]" else read_step(run.summary))
+    step = float(re.search(r"steps: \d+ of at most (\S+) s", run.summary)[1])
+    return digit + (read_interval(run.header) if what == "end [s]" else step)
 
 
 def make(run: Run, others: list[Run]) -> Reference:
     """A run, and what became of it with the initial conditions perturbed."""
     run, *others = (on_grid(done) for done in (run, *others))
     found = [other.columns for other in others]
-    units = dict(zip(run.columns, units_line(run.header), strict=True))
+    unit_line = next(words for line in run.header.splitlines() if (words := line.split())[:2] == ["s", "m"])
+    units = dict(zip(run.columns, unit_line, strict=True))
     rows = reproducible_rows(run.columns, found, units)
     kept = np.unique(np.linspace(0, len(run.columns["time"][rows]) - 1, ROWS).astype(int))
     other_facts = [read_facts(other.summary + other.header) for other in others]
@@ -198,7 +183,7 @@ def make(run: Run, others: list[Run]) -> Reference:
         {name: values[kept] for name, values in run.columns.items()},
         {name: column_tolerance(run.columns, found, units, name, rows)[kept] for name in run.columns},
         units,
-        {what: fact_tolerance(what, value, [facts.get(what) for facts in other_facts], resolution(what, run))
+        {what: fact_tolerance(value, [facts.get(what) for facts in other_facts], resolution(what, run))
          for what, value in read_facts(run.summary + run.header).items()},
         read_ending(run.summary))
 
@@ -352,14 +337,6 @@ def rigid_moves(case: str, formulation: str, part: str) -> list[str]:
             if np.isfinite(row["may move"]) and not abs(now.get(row.quantity, np.nan) - row.value) <= row["may move"]]
 
 
-def report(case: str, moves: list[Move]) -> None:
-    """Say what moved."""
-    beyond = sorted((move for move in moves if move.share > 1), key=lambda move: -move.share)
-    for move in beyond:
-        print(f"{case}: {move}")
-    print(f"{case}: {len(moves) - len(beyond)} columns, events and peaks within tolerance")
-
-
 def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -375,7 +352,10 @@ def main() -> None:
 
         for case, (run, others) in for_all_cases(run_all).items():
             if (FOLDER / f"{case}.txt").exists():
-                report(case, compare(read(case), run))
+                moves = compare(read(case), run)
+                beyond = sorted((move for move in moves if move.share > 1), key=lambda move: -move.share)
+                print(*(f"{case}: {move}" for move in beyond), sep="\n", end="\n" if beyond else "")
+                print(f"{case}: {len(moves) - len(beyond)} columns, events and peaks within tolerance")
             write(case, make(run, others))
     with ThreadPoolExecutor(2) as pool:
         if RIGID_FILE.exists():
