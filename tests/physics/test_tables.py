@@ -77,16 +77,15 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     assert all(0.5 < rms < 2 for rms in figures.values()), figures
 
 
-@pytest.mark.parametrize("gauge", [1.0, pytest.param(1.668, marks=pytest.mark.slow)])
-def test_poses_of_other_gauges_are_covered(gauge: float, tmp_path: Path):
-    """A wheelset of metre or broad gauge that goes over is, in its service and until it derails, where its table is made
+def test_poses_of_another_gauge_are_covered(tmp_path: Path):
+    """A wheelset of metre gauge that goes over is, in its service and until it derails, where its table is made
     for, with the stated error."""
-    case = Case.exercise(5).replace(model="strip", table_file=tmp_path / "gauge.table", accuracy=6e-3, gauge=gauge,
-                                    back_to_back=gauge - 0.083)
+    case = Case.exercise(5).replace(model="strip", table_file=tmp_path / "gauge.table", accuracy=6e-3, gauge=1.0,
+                                    back_to_back=0.917)
     run = ldbench.run(case.replace(lateral_ramp=50e3))
     poses = run.data[["Y", "Z", "roll"]].to_numpy()[run.data["N_LF"] > 0][-2000:]
     place, _, _, error = stated_error(run.table, poses + [0, run.table.equilibrium, 0], tmp_path)
-    assert 0.2 < -poses[:, 2].min()*gauge < 0.6 and (place > 0).mean() > 0.99
+    assert 0.2 < -poses[:, 2].min() < 0.6 and (place > 0).mean() > 0.99
     assert np.sqrt(np.mean(error[place == 2]**2)) < 2*run.table.accuracy["going over"].rms
 
 

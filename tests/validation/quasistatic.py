@@ -23,9 +23,11 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, fsolve
 
 import ldbench
@@ -92,18 +94,18 @@ def direction(table: ContactTable, x: np.ndarray, before: np.ndarray) -> np.ndar
     return np.copysign(1.0, t @ before)*t
 
 
-def advance(table: ContactTable, x: np.ndarray, t: np.ndarray, step: float) -> tuple[np.ndarray, int]:
-    """The equilibrium at an arc length `step` from x, and the Newton iterations; 99 where they fail."""
+def advance(table: ContactTable, x: np.ndarray, t: np.ndarray, step: float) -> np.ndarray | None:
+    """The equilibrium at an arc length `step` from x by Newton's method; None where it fails."""
     y = x + step*t
-    for iteration in range(1, 11):
+    for _ in range(10):
         error = np.append(residual(table, y), t @ (y - x) - step)
         move = np.linalg.solve(np.vstack([jacobian(table, y), t]), error)
         y = y - move
         if np.abs(move).max() < 1e-13:
-            return y, iteration
+            return y
         if np.linalg.norm(y - x) > 2*abs(step):
-            break
-    return y, 99
+            return None
+    return None
 
 
 def follow(table: ContactTable, largest: float) -> Curve:
@@ -115,10 +117,9 @@ def follow(table: ContactTable, largest: float) -> Curve:
     t = direction(table, x, t)
     xs, ts, step = [x], [t], 1e-5
     while x[0] < LAST_Y:
-        new, iterations = advance(table, x, t, step)
-        turn = direction(table, new, t) if iterations < 99 else -t
+        new = advance(table, x, t, step)
         # The path turns sharply where a wheel takes or loses its load.
-        if turn @ t < 0.98:
+        if new is None or (turn := direction(table, new, t)) @ t < 0.98:
             step /= 2
             if step < 1e-9:
                 raise ArithmeticError(f"no continuation beyond y = {x[0]} m, F = {x[3]*table.weight/LENGTH} N")
@@ -129,21 +130,18 @@ def follow(table: ContactTable, largest: float) -> Curve:
         step = min(largest if t[3] > 0 else 10*largest, 1.5*step)
     xs, ts = np.array(xs), np.array(ts)
     k = int(np.argmax(ts[:, 3] < 0)) - 1
-    share = brentq(lambda s: direction(table, advance(table, xs[k], ts[k], s)[0], ts[k])[3],
+    share = brentq(lambda s: direction(table, advance(table, xs[k], ts[k], s), ts[k])[3],
                    1e-3*(s := ts[k] @ (xs[k + 1] - xs[k])), s, xtol=1e-16)
-    return Curve(table, xs, ts, k, advance(table, xs[k], ts[k], share)[0])
+    return Curve(table, xs, ts, k, advance(table, xs[k], ts[k], share))
 
 
 def work(curve: Curve, rows: slice) -> float:
-    """Integral of F dY by the trapezoidal rule with end corrections [J]."""
-    y, F = curve.x[rows, 0], curve.F[rows]
+    """Integral of F dY [J]."""
     slope = curve.tangent[rows, 3]/curve.tangent[rows, 0]*curve.table.weight/LENGTH
-    h = np.diff(y)
-    return float(np.sum(h*(F[1:] + F[:-1])/2 - h**2*np.diff(slope)/12))
+    return float(CubicHermiteSpline(curve.x[rows, 0], curve.F[rows], slope).integrate(*curve.x[rows, 0][[0, -1]]))
 
 
-@dataclass
-class Overturning:
+class Overturning(NamedTuple):
     """The rigid wheelset about to overturn about its left flange."""
 
     F: float            # lateral force [N]
@@ -204,8 +202,7 @@ def fall(case: Case, curve: Curve) -> Fall:
 
 def last_load(columns: pd.DataFrame) -> float:
     """Lateral force when the right wheel carried for the last time [N]."""
-    carried = np.flatnonzero((columns.N_RT + columns.N_RF).to_numpy() > 0)
-    return columns.F_ext.iloc[carried[-1]]
+    return columns.F_ext[(columns.N_RT + columns.N_RF) > 0].iloc[-1]
 
 
 def barrier(curve: Curve, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -287,12 +284,11 @@ def equilibrium_checks(pair: str, curve: Curve, rigid: Overturning) -> list[Chec
 
 def quiet_check(pair: str, curve: Curve) -> Check:
     """The load ramp of exercise 5 from rest at 98 % of the limit load."""
-    F = 0.98*curve.F_limit
-    y, z, roll = equilibrium(curve, F)
-    case = curve.table.case.replace(Y=y, Z=z - curve.table.equilibrium, initial_roll=roll, lateral_force=F)
+    y, z, roll = equilibrium(curve, 0.98*curve.F_limit)
+    case = curve.table.case.replace(Y=y, Z=z - curve.table.equilibrium, initial_roll=roll, lateral_force=0.98*curve.F_limit)
     return relative(f"run from rest at 98 % of the limit: right wheel carries up to F [kN], {pair}",
-                    KN*last_load(ldbench.run(case, table=curve.table).data), KN*curve.F_limit,
-                    "limit load; lag of the ramp", LAG_BAR)
+                    KN*last_load(ldbench.run(case, table=curve.table).data), KN*curve.F_limit, "limit load; lag of the ramp",
+                    LAG_BAR)
 
 
 def fall_checks(pair: str, curve: Curve, falls: list[Fall]) -> list[Check]:
