@@ -1,7 +1,7 @@
 """The laws that the contact is built of: Hertz, curves through points, tensor splines."""
 import numpy as np
 import pytest
-from scipy.interpolate import NdBSpline, make_interp_spline
+from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
 
 import round_profiles
 from ldbench._core import flat
@@ -52,48 +52,23 @@ def test_strip_integral(ratio: float):
     assert half*np.sum(weight*modulus*depth**2/2) == pytest.approx(0.4*c_h*delta**2.5, rel=1e-13)
 
 
-def curve(points: np.ndarray, stations: np.ndarray) -> np.ndarray:
-    """y, z, tangent angle and curvature at stations; all in metres."""
-    return flat.curve_frames(1e3*points.T, stations)[1].T
-
-
-def chord_stations(points: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-
-
-def test_circle():
-    """Through points of a circle, 0.25 mm apart: on it, tangent to it, with its curvature -1/R."""
-    R, step = 0.05, 0.25e-3
-    t = np.arange(-0.5, 0.5, step/R)
-    points = R*np.column_stack([np.sin(t), np.cos(t)])
-    s = chord_stations(points)
-    middle = (s[25:-26] + s[26:-25])/2        # between the points, away from the free ends
-    y, z, angle, curvature = curve(points, middle).T
-    # An interpolating cubic errs by f'''' h^4/384 in position, h^2/24 in curvature, relative to R.
-    assert np.hypot(y, z) == pytest.approx(R, rel=3*(step/R)**4/384)
-    assert angle == pytest.approx(-np.arctan2(y, z), abs=(step/R)**3)
-    assert curvature == pytest.approx(-1/R, rel=(step/R)**2/10)
-
-
-def test_line():
-    """Through points of a line, unevenly spaced: that line, also beyond its ends, and no curvature."""
-    s = np.sort(np.random.default_rng(1).uniform(0, 0.1, 40))
-    s = np.concatenate([[0], s, [0.1]])
-    direction = np.array([np.cos(0.3), np.sin(0.3)])
-    stations = np.linspace(-0.02, 0.12, 57)
-    y, z, angle, curvature = curve(np.outer(s, direction), stations).T
-    assert np.column_stack([y, z]) == pytest.approx(np.outer(stations, direction), abs=1e-15)
-    assert angle == pytest.approx(0.3, abs=1e-11)
-    assert curvature == pytest.approx(0, abs=1e-7)
-
-
-def test_the_curve_goes_through_its_points():
-    """The length is that of the chords; where points repeat there is no curve."""
+def test_curve_through_points():
+    """Position, tangent angle and curvature of SciPy's natural spline over the length of the chords, straight beyond its ends;
+    where points repeat there is no curve."""
     points = np.cumsum(np.random.default_rng(2).uniform(0.1e-3, 0.4e-3, (200, 2)), axis=0)
-    s = chord_stations(points)
-    assert curve(points, s)[:, :2] == pytest.approx(points, abs=1e-16)
-    assert flat.curve_frames(1e3*points.T, s)[0] == pytest.approx(s[-1], rel=1e-14)
-    assert np.isnan(curve(points[[0, 0, 0, 0]], s)).all() and np.isnan(flat.curve_frames(1e3*points[[0, 0, 0, 0]].T, s)[0])
+    s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    exact = CubicSpline(s, points, bc_type="natural")
+    at = np.concatenate([s, np.random.default_rng(1).uniform(-0.02, s[-1] + 0.02, 300)])
+    on = np.clip(at, 0, s[-1])
+    (dy, dz), (ddy, ddz) = exact(on, 1).T, exact(on, 2).T*(at == on)
+    length, found = flat.curve_frames(1e3*points.T, at)
+    assert length == pytest.approx(s[-1], rel=1e-14)
+    assert found[:2].T == pytest.approx(exact(on) + (at - on)[:, None]*exact(on, 1), abs=1e-15)
+    assert found[2] == pytest.approx(np.arctan2(dz, dy), abs=1e-12)
+    bend = (dy*ddz - dz*ddy)/np.hypot(dy, dz)**3
+    assert found[3] == pytest.approx(bend, abs=1e-10*np.abs(bend).max())
+    none = flat.curve_frames(1e3*points[[0, 0, 0, 0]].T, s)
+    assert np.isnan(none[0]) and np.isnan(none[1]).all()
 
 
 def noise_of(points: np.ndarray) -> float:
@@ -107,19 +82,17 @@ def test_noise_of_points(noise: float):
     arc = 0.1*np.column_stack([np.sin(t), np.cos(t)])
     points = np.concatenate([arc, arc[-1] - arc[0] + arc[1:]])
     points[::100, 1] += 5e-5
-    random = np.random.default_rng(3)
     assert noise_of(points) < 2e-11
-    across = np.concatenate([np.column_stack([np.sin(t), np.cos(t)])]*2)[:len(points)]
-    assert noise_of(points + noise*across*random.normal(size=(len(points), 1))) == pytest.approx(noise, rel=0.2)
+    off = noise*np.random.default_rng(3).normal(size=(len(points), 1))*np.concatenate([arc, arc])[:len(points)]/0.1
+    assert noise_of(points + off) == pytest.approx(noise, rel=0.2)
 
 
 def test_noise_of_points_far_apart_is_not_known():
     x = np.arange(0, 100, 1.01)*1e-3
     points = np.column_stack([x, np.random.default_rng(1).normal(0, 1e-5, len(x))])
-    assert noise_of(points) == 0 and noise_of(points[:5]) == 0
     near = points*[0.9, 1]
-    assert noise_of(near) == pytest.approx(1e-5, rel=0.2) and noise_of(near[:13]) == 0 and noise_of(near[:14]) > 0
-    assert noise_of(points[[0]*20]) == 0
+    assert [noise_of(few) for few in (points, points[:5], near[:13], points[[0]*20])] == [0]*4
+    assert noise_of(near) == pytest.approx(1e-5, rel=0.2) and noise_of(near[:14]) > 0
 
 
 AXES = ((-1.0, 2.0, 0.3, 0.25), (0.0, 1.5, 0.0, 0.0), (-0.5, 0.5, 0.0, 0.1))    # first, last, centre, scale

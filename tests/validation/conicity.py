@@ -109,11 +109,10 @@ def tabulated(pair: str, last: float, spacing: float) -> DeltaR:
 
 
 def section() -> Section:
-    checks, rows, curves = [], [], {}
+    checks, curves = [], {}
     for name, shape in SHAPES.items():
         found = shape.geometry(amplitudes_of(shape))
         checks += shape_checks(name, shape, found)
-        rows += shape_rows(name, shape, found)
     for pair in PAIRS:
         table = ContactTable(Case.exercise(1, pair))
         reference = tabulated(pair, 1.2*table.clearance, 2e-5)
@@ -121,9 +120,6 @@ def section() -> Section:
         curves[pair] = geometry, reference, table.clearance
         checks += shipped_checks(pair, table, geometry, reference)
     return Section("Contact geometry and equivalent conicity", __doc__, checks, [
-        Table("Equivalent conicity of test profiles", (
-            "profiles", "amplitude [mm]", "core", "closed form, harmonic", "closed form, EN 15302 by wavelength",
-            "small amplitudes, Wickens"), rows),
         Table("Equivalent conicity of the shipped profiles", (
             "pair", "amplitude [mm]", "core", "exact arcs, harmonic", "exact arcs, EN 15302 by wavelength"),
             [(pair, f"{MM*a:.2f}", f"{conicity_at(geometry, a):.6f}", f"{harmonic(reference, a):.6f}",
@@ -162,12 +158,6 @@ def shape_checks(name: str, shape: Shape, geometry: pd.DataFrame) -> list[Check]
         checks.append(limit(f"delta_r with points half as far apart, largest relative deviation, {name}",
                             np.abs(fine.delta_r/expected - 1).max(), "closed form", FINE_BAR))
     return checks
-
-
-def shape_rows(name: str, shape: Shape, geometry: pd.DataFrame) -> list[tuple[str, ...]]:
-    return [(name, f"{MM*a:g}", f"{found:.8f}", f"{harmonic(shape.delta_r, a):.8f}",
-             f"{by_wavelength(shape.delta_r, a):.8f}", f"{shape.small:.8f}")
-            for a, found in zip(amplitudes_of(shape)[[0, -1]], geometry.conicity.iloc[[0, -1]], strict=True)]
 
 
 def shipped_checks(pair: str, table: ContactTable, geometry: pd.DataFrame, reference: DeltaR) -> list[Check]:

@@ -69,10 +69,9 @@ def apta_clearance(name: str) -> float:
 
 @dataclass
 class Study:
-    """Answers by exercise and variant; clearances by variant [m]."""
+    """Answers by exercise and variant; tables by variant."""
     answers: dict[int, dict[str, Answers]]
-    clearance: dict[str, float] = field(default_factory=dict)
-    bar: dict[str, float] = field(default_factory=dict)         # of the clearance [m]
+    tables: dict[str, ContactTable] = field(default_factory=dict)
 
     def moved(self, exercise: int, name: str, variant: str) -> float:
         """Change of an answer over ours; NaN where the run ends otherwise, or either has no such answer or contact."""
@@ -99,9 +98,7 @@ def studied() -> Study:
     study = Study({exercise: {} for exercise in EXERCISES})
     with tempfile.TemporaryDirectory() as folder:
         for name, changes in variants(Path(folder)).items():
-            table = ContactTable(base_case(1, "aw").replace(**changes))
-            study.clearance[name] = table.clearance
-            study.bar[name] = clearance_bar(table)
+            table = study.tables[name] = ContactTable(base_case(1, "aw").replace(**changes))
             for exercise in EXERCISES:
                 case = base_case(exercise, "aw").replace(**changes)
                 study.answers[exercise][name] = answers(case, table)
@@ -149,15 +146,16 @@ def section() -> Section:
     study = studied()
     checks: list[Check] = []
     for name in WHEELS:
-        checks.append(absolute(f"clearance of APTA {name} on the shipped rail [mm]", 1e3*study.clearance[f"APTA {name}"],
-                               apta_clearance(name), "exact arcs, without a spline", 1e3*study.bar[f"APTA {name}"]))
+        table = study.tables[f"APTA {name}"]
+        checks.append(absolute(f"clearance of APTA {name} on the shipped rail [mm]", 1e3*table.clearance, apta_clearance(name),
+                               "exact arcs, without a spline", 1e3*clearance_bar(table)))
         low, z = mp.chain((0, 0), *apta_flange(name))[-1].end
         for what, value, inches in (("lowest point from the back", THROAT[name]*INCH - low, LOWEST[name][0]),
                                     ("height of the flange over the end of the throat", z, LOWEST[name][1])):
             # A quarter of a hundredth of a degree on 1.5 in, and the points' last digits.
             checks.append(absolute(f"APTA {name}: {what} [mm]", value, INCH*inches, "points of the standard", 0.02))
-    checks += [absolute(f"clearance, {name} [mm]", 1e3*x, 1e3*PAIRS["aw"], "benchmark call", 1e3*study.bar[name])
-               for name, x in study.clearance.items() if not name.startswith("APTA")]
+    checks += [absolute(f"clearance, {name} [mm]", 1e3*table.clearance, 1e3*PAIRS["aw"], "benchmark call", 1e3*clearance_bar(table))
+               for name, table in study.tables.items() if not name.startswith("APTA")]
     told = json.loads(SPREAD.read_text())
     for name, value in stored(study).items():
         words = f"abstract, spread of the answers: {name} [%]"
@@ -166,4 +164,4 @@ def section() -> Section:
                       if name == "force" else relative(words, float(told[name]), float(value), "this section", 0.1))
     return Section("What the unknown profiles are worth", __doc__, checks, [spread_table(study), Table(
         "Clearance of the variants", ("variant", "clearance [mm]"),
-        [(name, f"{1e3*x:.4f}") for name, x in study.clearance.items()])])
+        [(name, f"{1e3*table.clearance:.4f}") for name, table in study.tables.items()])])
