@@ -86,19 +86,11 @@ class Pendulum:
         (y, z, c), *_ = np.linalg.lstsq(np.column_stack([2*crown, np.ones(len(crown))]), (crown**2).sum(axis=1))
         return cls(np.sqrt(c + y*y + z*z), np.array([y, z]))
 
-    @property
-    def R(self) -> float:
-        return self.centre[0]/np.sin(2*TAPER)
-
-    @property
-    def d(self) -> float:
-        return ROLLING_RADIUS + self.centre[0]*np.tan(TAPER) + self.rho*np.cos(TAPER)
-
-    @property
-    def omega(self) -> float:
-        """The angular frequency of small oscillations [rad/s]."""
-        lever = 2*self.R - self.d
-        return np.sqrt(WEIGHT*(4*self.R - self.d)/(MASS*lever**2 + ROLL_INERTIA))
+    def __post_init__(self) -> None:
+        self.R = self.centre[0]/np.sin(2*TAPER)
+        self.d = ROLLING_RADIUS + self.centre[0]*np.tan(TAPER) + self.rho*np.cos(TAPER)
+        # The angular frequency of small oscillations [rad/s].
+        self.omega = np.sqrt(WEIGHT*(4*self.R - self.d)/(MASS*(2*self.R - self.d)**2 + ROLL_INERTIA))
 
     def radius(self, poses: np.ndarray) -> np.ndarray:
         """Rolling radius of the left wheel at poses."""

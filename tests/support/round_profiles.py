@@ -10,7 +10,6 @@ g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals o
 """
 from __future__ import annotations
 
-import functools
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,13 +48,22 @@ def hertz(A: float, B: float, approach: float, modulus: float) -> tuple[float, f
     return *axes, largest, 2/3*np.pi*k*long**2*largest
 
 
-@dataclass(frozen=True)
+@dataclass
 class Shape:
     """A wheel with a straight (R_w infinite) or hollow tread on a rail with a round head."""
 
     taper: float            # angle of the contact of the centred wheelset [rad]
     R_w: float              # [m]
     R_r: float              # [m]
+
+    def __post_init__(self) -> None:
+        s, c = np.sin(self.taper), np.cos(self.taper)
+        crown = next(piece for piece in self.rail() if piece.R == MM*self.R_r)
+        self.head = (arcs.GAUGE_POINT + crown.c[0])/MM          # lateral position of the centre of the left rail's head [m]
+        self.contact = self.head - self.R_r*s                   # and of the left contact of the centred wheelset [m]
+        self.R, self.d = self.head/np.sin(2*self.taper), RADIUS + self.head*s/c + self.R_r*c
+        self.e_w, self.h = self.contact + self.R_w*s, -RADIUS - self.R_w*c
+        self.steepest = np.arcsin(s + (self.contact - (arcs.WHEEL_BACK + THROAT)/MM)/self.R_w)  # of the tread, at the throat [rad]
 
     def geometry(self, y: np.ndarray, spacing: float = arcs.STEP) -> pd.DataFrame:
         """What the core finds from points `spacing` mm apart; the table is small: only the rigid geometry is read."""
@@ -78,31 +86,10 @@ class Shape:
 
     def wheel(self) -> list[arcs.Piece]:
         """Tip, flange of 70 degrees, throat and tread; a hollow tread has the angle `taper` over the rail's crown."""
-        if np.isinf(self.R_w):
-            tread = self.taper, arcs.line(self.taper, 90)
-        else:
-            tread = self.steepest, arcs.arc(MM*self.R_w, self.steepest, np.radians(-3))
-        flange = arcs.arc(-10, 0, FLANGE), arcs.line(FLANGE, 6/np.sin(FLANGE)), arcs.arc(18, FLANGE, tread[0])
+        tread = arcs.line(self.taper, 90) if np.isinf(self.R_w) else arcs.arc(MM*self.R_w, self.steepest, np.radians(-3))
+        flange = arcs.arc(-10, 0, FLANGE), arcs.line(FLANGE, 6/np.sin(FLANGE)), arcs.arc(18, FLANGE, tread[1])
         low = THROAT - arcs.chain((0, 0), *flange)[-1].end[0]
-        return arcs.chain((0, 0), arcs.arc(-low, -np.pi/2, 0), *flange, tread[1])
-
-    @property
-    def steepest(self) -> float:
-        """Angle of the tread where it meets the throat [rad]."""
-        if np.isinf(self.R_w):
-            return self.taper
-        return np.arcsin(np.sin(self.taper) + (self.contact - (arcs.WHEEL_BACK + THROAT)/MM)/self.R_w)
-
-    @functools.cached_property
-    def head(self) -> float:
-        """Lateral position of the centre of the left rail's head [m]."""
-        crown = next(piece for piece in self.rail() if piece.R == MM*self.R_r)
-        return (arcs.GAUGE_POINT + crown.c[0])/MM
-
-    @property
-    def contact(self) -> float:
-        """Lateral position of the left contact of the centred wheelset [m]."""
-        return self.head - self.R_r*np.sin(self.taper)
+        return arcs.chain((0, 0), arcs.arc(-low, -np.pi/2, 0), *flange, tread)
 
     def lateral(self, roll: np.ndarray) -> np.ndarray:
         """Displacement at a roll angle [m]."""
@@ -128,22 +115,6 @@ class Shape:
             return 2*self.head*np.sin(roll)
         mean, half = self.angles(roll)
         return self.R_w*(np.cos(mean - half + roll) - np.cos(mean + half - roll))
-
-    @property
-    def R(self) -> float:
-        return self.head/np.sin(2*self.taper)
-
-    @property
-    def d(self) -> float:
-        return RADIUS + self.head*np.tan(self.taper) + self.R_r*np.cos(self.taper)
-
-    @property
-    def e_w(self) -> float:
-        return self.contact + self.R_w*np.sin(self.taper)
-
-    @property
-    def h(self) -> float:
-        return -RADIUS - self.R_w*np.cos(self.taper)
 
     @property
     def small(self) -> float:
