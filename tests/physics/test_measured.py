@@ -105,7 +105,8 @@ SHAPES = {"hollow": ("strip", 1e-2, lambda wheel: shapes.hollow_beside_throat(sh
 
 
 @pytest.mark.filterwarnings("ignore::ldbench.Warning")
-@pytest.mark.parametrize("worn", ["hollow", pytest.param("wide", marks=pytest.mark.slow), "straight faces"])
+@pytest.mark.parametrize("worn", [
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("hollow", "wide")), "straight faces"])
 def test_table_holds_for_worn_wheels(worn: str, tmp_path: Path):
     """The rms error in rolling over, or of the force on the straight flange, is within what a run with `&table accuracy` 2e-3 may
     have without a warning (10 times that, and half of it), though the table is asked for less."""

@@ -190,12 +190,9 @@ def test_rest_on_two_cones(tmp_path: Path):
         assert table.rest[0] == pytest.approx(y, abs=1e-8)
         assert table.rest[1] - table.equilibrium == pytest.approx(z, abs=1e-12)
         assert table.rest[2] == pytest.approx(roll, abs=1e-9)
-    far = []
-    for scale in 1, 100:
-        # A small table about the position at rest; its depth goes with the approach.
-        table = ContactTable(near.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), table_roll=0.01))
-        far.append(np.abs([table.rest[0] - y, table.rest[2] - roll]))
-    assert far[0][0] < 0.3*abs(y) and (far[1] < 0.1*far[0] + [2e-6, 1e-7]).all()
+    # A small table about the position at rest of steel 100 times as stiff; its depth goes with the approach.
+    table = ContactTable(near.replace(stiffness_scale=100, depth=1e-3*100**(-2/3), table_roll=0.01))
+    assert table.rest[0] == pytest.approx(y, rel=0.03) and table.rest[2] == pytest.approx(roll, rel=0.03)
 
 
 @pytest.fixture(scope="module")
