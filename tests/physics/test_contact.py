@@ -10,6 +10,7 @@ from ldbench.table import rigid_geometry
 from probes import (
     E_STAR,
     MIRROR,
+    MODERN,
     ROLLING_RADIUS,
     TAPER,
     WEIGHT,
@@ -25,7 +26,7 @@ from probes import (
     turned,
 )
 from round_profiles import hertz
-from running import PAIRS, REPO, Run
+from running import PAIRS, Run
 
 CLEARANCE = {"aw": 10.18e-3, "sw": 16.94e-3}     # published [m]
 
@@ -50,9 +51,7 @@ def strips(pair: str, strip_tables: dict[str, Path]) -> ContactTable:
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
 def test_zones_tile_the_wheel(shapes: str):
     """Between 2 and 6 zones from the rim face to behind the flange's tip, each longer than 1 mm, the flange's last."""
-    file = REPO/"profiles"
-    case = Case.exercise(2, shapes) if shapes in PAIRS else Case.exercise(2).replace(
-        wheel_profile=str(file/"s1002.yz"), rail_profile=str(file/"60e1.yz"), gauge=1.435, back_to_back=1.36)
+    case = Case.exercise(2, shapes) if shapes in PAIRS else Case.exercise(2).replace(**MODERN)
     (_, n), zones = flat.rigid_numbers(rigid_geometry(case), 1)
     first, last, flange, _ = zones[:, :int(n)]
     wheel = np.loadtxt(case.find(case.wheel_profile), comments=("#", "!"))

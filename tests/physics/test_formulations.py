@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 import reference
 from ldbench import Case, ContactTable, Error, Run, run
 from ldbench.report import formulations
-from probes import MASS, ROLL_INERTIA, WEIGHT, gaps, left_rail, left_wheel, top, turned
+from probes import MASS, MODERN, ROLL_INERTIA, WEIGHT, gaps, left_rail, left_wheel, top, turned
 from reference import RIGID, RIGID_CASES
 from round_profiles import Shape
 from running import PAIRS, REPO
@@ -46,14 +46,13 @@ def test_turning_point_is_where_the_energy_says(name: str):
     assert done.table.clearance < turn and below < energy < above
 
 
-MODERN = Case.exercise(3).replace(wheel_profile=str(REPO / "profiles/s1002.yz"), rail_profile=str(REPO / "profiles/60e1.yz"),
-                                  gauge=1.435, back_to_back=1.36, table_file="")
+ON_60E1 = Case.exercise(3).replace(**MODERN)
 
 
 def test_path_passes_over_hollows():
     """S1002 on 60E1: contact jumps along the tread long before the flange touches. The path goes on at the other point,
     with an impulse there that keeps the energy, and is that of the geometry functions, another algorithm, on both sides."""
-    done = run(MODERN.replace(formulation="bilateral", vY=0.7, interval=2e-4))
+    done = run(ON_60E1.replace(formulation="bilateral", vY=0.7, interval=2e-4))
     jump = next(e for e in done.events if e.kind == "impact")
     touch = next(e for e in done.events if e.kind == "left flange contact")
     assert jump.t < 0.1*touch.t and set(jump.impulses) == {"LT", "RT"}
@@ -74,12 +73,12 @@ def test_energy_of_a_modern_pair():
     and go within a step. In random runs the nearest point of the conforming flange root jumps by a millimetre, and points that were
     not known come up inside the rail. No energy is made or lost but in impacts."""
     for changes, restitution in ({}, 1.0), ({"vY": 0.5}, 0.5), ({"vY": 0.5, "gauge": 1.4351, "back_to_back": 1.35214}, 0.0):
-        done = run(MODERN.replace(formulation="unilateral", restitution=restitution, **changes))
+        done = run(ON_60E1.replace(formulation="unilateral", restitution=restitution, **changes))
         assert done.ending == "return to the centre after both flanges"
         assert done.results["drift"] < 1e-9*done.results["kinetic_energy"]
     rng = np.random.default_rng(0)
     for _ in range(12):
-        done = run(MODERN.replace(
+        done = run(ON_60E1.replace(
             formulation="unilateral", restitution=float(rng.choice([0.0, 0.5, 1.0])), vY=float(rng.uniform(0.05, 1)), roll_rate=0.0,
             lateral_force=float(rng.choice([0, 30e3, 60e3])), stop_at="t_end", t_end=0.3, rows="interval"))
         assert done.results["drift"] < 1e-6*done.results["kinetic_energy"], done.case

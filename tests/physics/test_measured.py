@@ -7,7 +7,7 @@ import pytest
 
 import ldbench
 import shapes
-from probes import table_file
+from probes import MODERN, table_file
 from running import REPO, Run, header
 
 WHEEL, RAIL = shapes.shape("awprof").round(7), shapes.shape("arprof").round(7)
@@ -80,8 +80,7 @@ def test_force_grows_with_sinking(law: str, pair: str, shipped: dict[str, Run], 
     if law == "hertz":
         case = case.replace(n_lateral=120, n_roll=17, n_depth=17, accuracy=6e-3)
     if pair == "S1002 on 60E1":
-        case = case.replace(wheel_profile=str(REPO/"profiles/s1002.yz"), rail_profile=str(REPO/"profiles/60e1.yz"), gauge=1.435,
-                            back_to_back=1.36)
+        case = case.replace(**MODERN)
     if pair == "measured":
         for name, points in ("wheel", WHEEL), ("rail", RAIL):
             (tmp_path/name).write_text(shapes.rows(shapes.noisy(points, 0.01, 4)))

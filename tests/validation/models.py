@@ -31,8 +31,7 @@ from ldbench._core import flat
 from ldbench.geometry.outlines import case_outlines
 from ldbench.pressure import MOST_PATCHES, press
 from ldbench.table import rigid_geometry
-from probes import MIRROR
-from running import REPO
+from probes import MIRROR, MODERN
 from sheets import Table
 from unknown import variants
 
@@ -61,12 +60,6 @@ def poses_of_run(exercise: int, pair: str, n: int, rng: np.random.Generator) -> 
     fallen = q[over & (flange | tread)]
     return (np.concatenate([rng.choice(q[flange & ~over], n//2), rng.choice(q[tread & ~over], n - n//2)]),
             rng.permutation(fallen)[:n])
-
-
-def wheel_forces(pair: str, model: str, poses: np.ndarray) -> np.ndarray:
-    """(F_y, F_z) of the left wheel from the model's table at poses, (n, 2) [N]."""
-    case = Case.exercise(1, pair).replace(contact_model=model, table_file=f"outputs/{pair}_{model}.table")
-    return ContactTable(case).force(*poses.T, "left")[:, :2]
 
 
 def pressed(pair: str, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -106,10 +99,7 @@ BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 2e-3,
 
 def modern() -> Case:
     """S1002 on 60E1, gauge and material of the Manchester contact benchmark."""
-    profiles = REPO/"profiles"
-    return Case.from_namelist("&case /").replace(
-        wheel_profile=str(profiles/"s1002.yz"), rail_profile=str(profiles/"60e1.yz"), gauge=1.435, back_to_back=1.36,
-        rolling_radius=0.46, youngs_modulus=209.92e9, table_file="")
+    return Case.from_namelist("&case /").replace(**MODERN, rolling_radius=0.46, youngs_modulus=209.92e9)
 
 
 def pairs(folder: Path) -> Iterator[tuple[str, Case]]:
@@ -298,11 +288,12 @@ def section() -> Section:
         exact, tread, flange = pressed(pair, poses)
         over = pressed(pair, fallen)[0] if len(fallen) else None
         for model in MODELS:
-            wheel = deviation(wheel_forces(pair, model, poses), exact)
+            table = ContactTable(Case.exercise(1, pair).replace(contact_model=model, table_file=f"outputs/{pair}_{model}.table"))
+            wheel = deviation(table.force(*poses.T, "left")[:, :2], exact)
             kinds = {"tread alone": wheel[~flange], "flange alone": wheel[~tread], "tread and flange": wheel[tread & flange],
                      "all": wheel}
             if over is not None:
-                kinds["overturning (not in all)"] = deviation(wheel_forces(pair, model, fallen), over)
+                kinds["overturning (not in all)"] = deviation(table.force(*fallen.T, "left")[:, :2], over)
             rows += [[pair, kind, model, *statistics(e)] for kind, e in kinds.items() if len(e)]
             if model == "halfspace":
                 checks.append(limit(
