@@ -332,7 +332,6 @@ install:
 reference:
 	$(call built,$(EXE) $(WRAPPER))
 	$(if $(SUFFIX),$(error references are those of the release build))$(STUDY) tests/support/reference.py
-	$(STUDY) tests/support/rigid_reference.py
 	$(STUDY) docs/pictures.py
 
 # The zip of our solutions for others to score by; the same bytes each time.

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import make_profiles as arcs
-from ldbench import Case, ContactTable, Error
+from ldbench import ContactTable, Error
 from ldbench.geometry.outlines import case_outlines, pose
 from ldbench.geometry.pressures import first_pressures, run_patches
 from ldbench.pressure import CONTACTS, press
@@ -24,11 +23,7 @@ TAPER = 0.025
 def test_cone_on_a_round_head_is_hertz(radius: float, ratio: float, tmp_path: Path):
     """Semi-axes, area, largest pressure and force for a cone on a rail of constant radius, whose gap is A x² + B s² but for
     terms of higher order. A patch has 24 elements along x and 48 along s; its ends are known to a sixth of an element."""
-    shape = Shape(TAPER, np.inf, radius)
-    paths = [tmp_path/name for name in ("wheel", "rail")]
-    for path, pieces in zip(paths, (shape.wheel(), shape.rail()), strict=True):
-        np.savetxt(path, arcs.sample(pieces, 0.05), fmt="%.17g")
-    case = Case.from_namelist("&case /").replace(wheel_profile=str(paths[0]), rail_profile=str(paths[1]), poisson=0.3)
+    case = Shape(TAPER, np.inf, radius).case(tmp_path, 0.05).replace(poisson=0.3)
     handle = rigid_geometry(case)
     height = case_outlines(case).axle
     approach = 20e-6
@@ -54,17 +49,18 @@ def table(run: RunData) -> ContactTable:
     return ContactTable(run.case)
 
 
+@pytest.fixture(scope="module")
 def rows(run: RunData) -> list[int]:
     """The peaks of first contacts, and the start."""
     return [0, *(one.top for contact in CONTACTS if (one := run.first_interval(contact)))]
 
 
-def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
+def test_force_is_that_of_the_table(run: RunData, table: ContactTable, rows: list[int]):
     """The pressure on the turned elements of the patches sums up to the contact's force, but for the table's error and the
     grid's 0.8/48². The integral of the pressure is larger, for the normals turn over a patch."""
     error = max(place.largest for name, place in table.accuracy.items() if name != "going over")
     seen = set()
-    for k in rows(run):
+    for k in rows:
         forces = table.forces_by_contact(*pose(run, k))
         patches = table.pressure(*pose(run, k))
         for number, contact in enumerate(CONTACTS):
@@ -80,9 +76,9 @@ def test_force_is_that_of_the_table(run: RunData, table: ContactTable):
     assert seen == set(CONTACTS)
 
 
-def test_a_patch_is_consistent(run: RunData):
+def test_a_patch_is_consistent(run: RunData, rows: list[int]):
     """Pressure, area, mean and place belong together."""
-    for k in rows(run):
+    for k in rows:
         for patch in run_patches(run, k):
             dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
             assert patch.p.shape == (len(patch.x), len(patch.s)) and (patch.p >= 0).all()
@@ -107,8 +103,8 @@ def test_a_patch_is_consistent(run: RunData):
             assert (own.force, own.angle) == pytest.approx((patch.force, patch.angle), rel=6e-3)
 
 
-def test_left_and_right_are_mirror_images(run: RunData, table: ContactTable):
-    y, z, roll = pose(run, rows(run)[2])
+def test_left_and_right_are_mirror_images(run: RunData, table: ContactTable, rows: list[int]):
+    y, z, roll = pose(run, rows[2])
     ours, theirs = table.pressure(y, z, roll), table.pressure(-y, z, -roll)
     other = {"LT": "RT", "LF": "RF", "RT": "LT", "RF": "LF"}
     image = {other[patch.contact]: patch for patch in theirs}

@@ -13,19 +13,12 @@ from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
 from ldbench.table import Accuracy
-from probes import TAPER, left_rail, left_wheel, probe, stated_error, table_file, tangent_angles, turned
+from probes import left_rail, left_wheel, probe, stated_error, table_file, tangent_angles, turned
 from running import HANG, LDBENCH, PAIRS, Run, columns, header, rows, run_case
-from shapes import arcs, shape
 
 PLACES = "tread", "flange", "both", "going over"
 MODELS = "strip", "halfspace"
 COARSE = {"n_lateral": 40, "n_roll": 9, "n_depth": 9}
-LARGEST = {"n_lateral": 360, "n_roll": 160, "n_depth": 40}      # the default
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("tables")
 
 
 def short_case(folder: Path, **changes: dict[str, object]) -> str:
@@ -67,38 +60,36 @@ def drawn(pair: str, n: int) -> np.ndarray:
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("pair", PAIRS)
 def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dict[str, Run], strip_tables: dict[str, Path],
-                                             folder: Path):
+                                             tmp_path: Path):
     """800 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
     within a factor of 2."""
     case = table_case(pair, model, shipped, strip_tables)
     table = ContactTable(case)
     accuracy = table.accuracy
-    place, tread, flange, error = stated_error(table, drawn(pair, 16000), folder, 800)
+    place, tread, flange, error = stated_error(table, drawn(pair, 16000), tmp_path, 800)
     there = place == 1
     assert there.sum() == 800
     figures = {}
     for name, of in (("tread", flange == 0), ("flange", tread == 0), ("both", tread*flange == 1)):
         of = of & there
         assert of.sum() >= 50, name
-        figures[name] = np.sqrt(np.mean(error[of]**2))/accuracy[name].rms, np.max(error[of])/accuracy[name].largest
-    print(f"{pair} {model}: rms and largest over those stated {figures}")      # shown by pytest -rP
-    assert all(0.5 < rms < 2 for rms, _ in figures.values()), figures
+        figures[name] = np.sqrt(np.mean(error[of]**2))/accuracy[name].rms
+    assert all(0.5 < rms < 2 for rms in figures.values()), figures
 
 
-@pytest.mark.parametrize("gauge", [1.0, pytest.param(1.668, marks=pytest.mark.slow)])
-def test_poses_of_other_gauges_are_covered(gauge: float, folder: Path):
-    """A wheelset of metre or broad gauge that goes over is, in its service and until it derails, where its table is made
+def test_poses_of_another_gauge_are_covered(tmp_path: Path):
+    """A wheelset of metre gauge that goes over is, in its service and until it derails, where its table is made
     for, with the stated error."""
-    case = Case.exercise(5).replace(model="strip", table_file=folder / f"gauge_{gauge}.table", accuracy=6e-3, gauge=gauge,
-                                    back_to_back=gauge - 0.083)
+    case = Case.exercise(5).replace(model="strip", table_file=tmp_path / "gauge.table", accuracy=6e-3, gauge=1.0,
+                                    back_to_back=0.917)
     run = ldbench.run(case.replace(lateral_ramp=50e3))
     poses = run.data[["Y", "Z", "roll"]].to_numpy()[run.data["N_LF"] > 0][-2000:]
-    place, _, _, error = stated_error(run.table, poses + [0, run.table.equilibrium, 0], folder)
-    assert 0.2 < -poses[:, 2].min()*gauge < 0.6 and (place > 0).mean() > 0.99
+    place, _, _, error = stated_error(run.table, poses + [0, run.table.equilibrium, 0], tmp_path)
+    assert 0.2 < -poses[:, 2].min() < 0.6 and (place > 0).mean() > 0.99
     assert np.sqrt(np.mean(error[place == 2]**2)) < 2*run.table.accuracy["going over"].rms
 
 
-def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables: dict[str, Path], folder: Path,
+def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables: dict[str, Path], tmp_path: Path,
                                           capsys: pytest.CaptureFixture[str]):
     """Summary, header, the table file as Python reads it, and `python -m ldbench table`."""
     run = shipped["ex2_aw"]
@@ -109,8 +100,8 @@ def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables:
     assert {place: (f"{rms:.2E}", f"{largest:.2E}") for place, (rms, largest) in told_by_file.items()} == stated(run.summary)
     assert {place: tuple(map(float, numbers)) for place, numbers in stated(run.summary).items()} \
         == {place: (float(f"{error.rms:.2e}"), float(f"{error.largest:.2e}")) for place, error in accuracy.items()}
-    case.namelist().write(folder / "told.nml", force=True)
-    assert main(["table", str(folder / "told.nml")]) == 0
+    case.namelist().write(tmp_path / "told.nml", force=True)
+    assert main(["table", str(tmp_path / "told.nml")]) == 0
     said = capsys.readouterr().out
     assert "contact table: model halfspace, found, " in said
     told = {place: Accuracy(int(poses), float(rms), float(largest)) for place, rms, largest, poses in re.findall(
@@ -166,53 +157,20 @@ def test_a_table_at_its_limits_warns_and_the_run_goes_on(tmp_path: Path):
     assert done.returncode == 0 and "warning" not in done.stdout + done.stderr
 
 
-def points(summary: str) -> list[tuple[int, ...]]:
-    """Points of every zone of a table: across, over roll, over the root of the depth."""
-    return [tuple(map(int, found)) for found in re.findall(r"(\d+) x (\d+) x (\d+)", summary)]
-
-
-def test_more_accuracy_is_more_points_and_less_error(tmp_path: Path):
-    """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls."""
-    size, error, drift = [], [], []
+@pytest.mark.filterwarnings("ignore::ldbench.Warning")
+def test_more_accuracy_is_more_points_and_less_error():
+    """In poses of the tread or the flange alone: where both touch, a table of 1e-2 may still have a contact that pulls. Forces are
+    the gradient of whatever the table holds."""
+    size, error = [], []
     for accuracy in 1e-1, 1e-2:
-        done = run_case(short_case(tmp_path, integrator={"t_end": 0.03, "order": 4, "beta": 0, "energy_tolerance": 1e-9},
-                                   table={"accuracy": accuracy, "n_lateral": 400, "n_roll": 200, "n_depth": 60}), tmp_path)
-        assert done.returncode == 0, done.stderr
-        size.append(sum(np.prod(zone) for zone in points(done.stdout)))
-        error.append(np.sqrt(np.mean([float(rms)**2 for place, (rms, _) in stated(done.stdout).items()
-                                      if place in ("tread", "flange")])))
-        c = columns(tmp_path / "columns.txt")
-        drift.append(np.abs(c["E_drift"]).max()/(c["KE_lat"] + c["KE_vert"] + c["KE_roll"])[0])
-        assert (c["N_LF"] > 0).any()
-    assert size == sorted(set(size)), size
-    assert error == sorted(set(error), reverse=True), error
-    # Forces are the gradient of whatever the table holds.
-    assert max(drift) < 1e-9, drift
-
-
-def round_pair(folder: Path, radius: float) -> tuple[Path, Path]:
-    """Files of the actual wheel, a cone where it runs, and of a rail whose head is round, of a radius [m].
-
-    Its gauge corner is wide: the throat stays off a flat head.
-    """
-    edge = np.arcsin(0.024/radius)
-    head = [arcs.arc(25, np.pi/2, TAPER + edge), arcs.arc(1e3*radius, TAPER + edge, TAPER - edge),
-            arcs.arc(12, TAPER - edge, -np.pi/2)]
-    found = folder / "wheel.yz", folder / "rail.yz"
-    for file, points in zip(found, (shape("awprof", 0.1), arcs.sample(arcs.rail(head), 0.1)), strict=True):
-        np.savetxt(file, points, fmt="%.17g")
-    return found
-
-
-@pytest.mark.slow
-def test_an_easy_pair_has_a_small_table(strip_tables: dict[str, Path], tmp_path: Path):
-    """A cone on a round head needs about as many points as the actual pair, and no warning."""
-    wheel, rail = round_pair(tmp_path, 0.3)
-    done = run_case(short_case(tmp_path, profiles={"wheel_profile": wheel, "rail_profile": rail}, table=LARGEST), tmp_path)
-    assert done.returncode == 0 and "warning" not in done.stdout, done.stdout + done.stderr
-    size = sum(np.prod(zone) for zone in points(done.stdout))
-    actual = run_case(short_case(tmp_path, table={"file": strip_tables["aw"], **LARGEST}), tmp_path)
-    assert "(found)" in actual.stdout and size < 1.1*sum(np.prod(zone) for zone in points(actual.stdout))
+        done = ldbench.run(Case.exercise(2).replace(
+            model="strip", table_file="", t_end=0.03, stop_at="t_end", order=4, beta=0.0, energy_tolerance=1e-9, accuracy=accuracy,
+            n_lateral=400, n_roll=200, n_depth=60))
+        points = re.findall(r"(\d+) x (\d+) x (\d+)", done.text)        # of every zone: across, over roll, over root of the depth
+        size.append(sum(int(a)*int(b)*int(c) for a, b, c in points))
+        error.append(np.hypot(done.table.accuracy["tread"].rms, done.table.accuracy["flange"].rms))
+        assert done.results["drift"] < 1e-9*done.results["kinetic_energy"] and (done.data.N_LF > 0).any()
+    assert 0 < size[0] < size[1] and error[0] > error[1], (size, error)
 
 
 def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
@@ -236,5 +194,4 @@ def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(tmp_path: Path):
     case = Case.exercise(2).replace(model="strip", table_file=tmp_path / "strips.table", accuracy=5e-3)
     case.to_namelist(tmp_path / "case.nml")
     found = probe("table_faults", tmp_path / "case.nml", "shaken")
-    print(found)                                       # shown by pytest -rP
     assert (found[:, :3] == found[:, 3:6]).all() and found[:, 6].max() < 1e-9, found

@@ -84,9 +84,9 @@ def make_place() -> None:
     ContactTable(small_case(1, "aw")).write_geometry("outputs/geometry_aw.txt")
     wheel, rail = shapes.with_faces(shapes.shape("awprof")), shapes.shape("arprof")
     for name in "wheel.whl", "left.whl":
-        Path(name).write_text(shapes.miniprof_new(wheel, "wheel"))
-    Path("right.whl").write_text(shapes.miniprof_new(shapes.with_faces(shapes.thin_flange(shapes.shape("awprof"))), "wheel"))
-    Path("rail.ban").write_text(shapes.miniprof_new(rail, "rail"))
+        Path(name).write_text(shapes.miniprof(wheel, "wheel"))
+    Path("right.whl").write_text(shapes.miniprof(shapes.with_faces(shapes.thin_flange(shapes.shape("awprof"))), "wheel"))
+    Path("rail.ban").write_text(shapes.miniprof(rail, "rail"))
     data = ldbench.read_run("outputs/ex2_aw.txt").data
     Path("other_code.csv").write_text("t [s],ylat [mm],NLF [kN]\n" + "".join(
         f"{t:.9g},{-1e3*y:.9g},{1e-3*n:.9g}\n" for t, y, n in zip(data.time, data.Y, data.N_LF, strict=True)))

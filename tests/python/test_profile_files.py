@@ -1,4 +1,5 @@
 """Profile files as people have them: what is read, how it is placed and mended, and what is refused, with line and advice."""
+import functools
 import random
 import re
 from collections.abc import Callable
@@ -16,11 +17,8 @@ from running import REPO
 
 WHEEL, RAIL = (np.loadtxt(REPO/"profiles"/f"{name}.yz").round(5) for name in ("s1002", "60e1"))
 BOTH = {"wheel": WHEEL, "rail": RAIL}
-DOWN = np.array([1, -1])
-
-
-def rows(points: np.ndarray, between: str = " ", digits: int = 5, after: str = "") -> str:
-    return "".join(f"{y:.{digits}f}{between}{z:.{digits}f}{after}\n" for y, z in points)
+rows, miniprof = functools.partial(shapes.rows, digits=5), functools.partial(shapes.miniprof, digits=5)
+old_miniprof, simpack = functools.partial(shapes.old_miniprof, digits=5), functools.partial(shapes.simpack, digits=5)
 
 
 def written(folder: Path, name: str, text: str | bytes) -> Path:
@@ -51,29 +49,8 @@ def thickness(wheel: np.ndarray) -> float:
     return float(np.interp(level, z[k - 1:k + 1], y[k - 1:k + 1]))
 
 
-def miniprof(points: np.ndarray, kind: str, ends: str = "\n\n") -> str:
-    return ("ProgramName=MiniProf\nProgramVer=2.4\nStock=%12\nXOffset=1.5\nYOffset=-2.0\nColumnDef=X,Y,A,C\n"
-            f"XYPoints={len(points)}{ends}" + rows(points*DOWN - [1.5, -2], digits=5, after=" 0.1 0.2"))
-
-
-def old_miniprof(points: np.ndarray, kind: str) -> str:
-    heading = f"#Mini{kind.capitalize()}Prof 2003 11\nmeasured by nobody\n32.58 37.11 14.71\n\n"
-    return heading + rows(points*DOWN, "\t", after="\t0.0")
-
-
 def mpt(points: np.ndarray, kind: str) -> str:
     return "[FileInfo]\nProgramName=Envision\nDate=1.2.2020\n\n[Profile]\nColumnDef=X,Y\n" + rows(points, ",")
-
-
-def simpack(points: np.ndarray, kind: str, unit: float = 1000.0, form: str = ".5f") -> str:
-    """z down, y of a wheel from the tape circle, shifted and mirrored back, one point beyond the bounds."""
-    moved = (points - [70 if kind == "wheel" else 0, 0])*[-1, -1] - [2.5, 0]
-    moved = np.vstack([moved, [300.0, 0.0]])*unit/1000
-    shift, least, most = (f"{x*unit/1000:g}" for x in (2.5, -200, 200))
-    return (f"! a profile\nheader.begin\n  version = 1\n  type = {int(kind == 'wheel')} ! 1 wheel\nheader.end\nspline.begin\n"
-            f"  approx.smooth = 0.0\n  comment = 'none'\n  shift.y = {shift}\n  rotate = 0.0\n  bound.y.min = {least}\n"
-            f"  bound.y.max = {most}\n  mirror.y = 1\n  units.len = 'mm'\n  units.len.f = {unit:g}\n  point.begin\n"
-            + "".join(f"    {y:{form}} {z:{form}} 1.0\n" for y, z in moved) + "  point.end\nspline.end\n")
 
 
 def vampire(points: np.ndarray, kind: str, right: np.ndarray | None = None) -> str:
@@ -118,7 +95,7 @@ FORMATS: dict[str, tuple[str, Callable[[np.ndarray, str], str | bytes], tuple[st
     "old MiniProf": ("MiniProf", old_miniprof, (".txt", ".txt"), ""),
     "MiniProf .mpt": ("MiniProf", mpt, (".mpt", ".mpt"), ""),
     "SIMPACK": ("SIMPACK", simpack, (".prw", ".prr"), "1 outside the bounds"),
-    "SIMPACK in m": ("SIMPACK", lambda p, kind: simpack(p, kind, 1.0, ".8f"), (".prw", ".prr"), "1 outside the bounds"),
+    "SIMPACK in m": ("SIMPACK", lambda p, kind: simpack(p, kind, 1.0, digits=8), (".prw", ".prr"), "1 outside the bounds"),
     "VAMPIRE": ("VAMPIRE", vampire, (".whe", ".rai"), "left side"),
     "GENSYS": ("GENSYS", gensys, (".wheel", ".rail"), ""),
 }

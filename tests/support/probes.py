@@ -6,6 +6,7 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import newton
 
 from ldbench import ContactTable
 from running import FORTRAN_TESTS, HANG, REPO, Run
@@ -15,6 +16,10 @@ MASS, ROLL_INERTIA, PITCH_INERTIA = 1568.0, 656.0, 168.0     # [kg, kg m2]
 WEIGHT = MASS*9.81 + 164618                                  # with the vertical load [N]
 GAUGE, BACK_TO_BACK, ROLLING_RADIUS = 1.4351, 1.35214, 0.457 # [m]
 TAPER = np.arctan(1/40)                                      # of the tread [rad]
+E_STAR = 2.1e11/(2*(1 - 0.28**2))                            # of the steel [Pa]
+# S1002 on 60E1.
+MODERN = {"wheel_profile": str(REPO/"profiles/s1002.yz"), "rail_profile": str(REPO/"profiles/60e1.yz"), "gauge": 1.435,
+          "back_to_back": 1.36, "table_file": ""}
 MIRROR = np.array([-1.0, 1.0, -1.0])     # (y, z, roll) of the mirrored wheelset
 
 
@@ -45,16 +50,8 @@ class States:
         self.energy = np.stack([table.potential(*poses.T, wheel=wheel, **place) for wheel in ("left", "right")], axis=1)   # [J]
         self.gradient = -table.forces_by_contact(*poses.T, **place)     # (pose, contact LT LF RT RF, coordinate) [N, N m]
         self.hessian = table.tangent(*poses.T, **place)                 # (pose, coordinate, coordinate) of the sum of the energies
-
-    @property
-    def total(self) -> np.ndarray:
-        """Gradient of the sum of the energies."""
-        return self.gradient.sum(axis=1)
-
-    @property
-    def force(self) -> np.ndarray:
-        """Size of each contact's force, (pose, contact) [N]."""
-        return np.hypot(self.gradient[..., 0], self.gradient[..., 1])
+        self.total = self.gradient.sum(axis=1)                          # gradient of that sum
+        self.force = np.hypot(self.gradient[..., 0], self.gradient[..., 1])     # size of each contact's force, (pose, contact) [N]
 
 
 def table_file(shipped: dict[str, Run], pair: str) -> Path:
@@ -92,19 +89,11 @@ class Pendulum:
         (y, z, c), *_ = np.linalg.lstsq(np.column_stack([2*crown, np.ones(len(crown))]), (crown**2).sum(axis=1))
         return cls(np.sqrt(c + y*y + z*z), np.array([y, z]))
 
-    @property
-    def R(self) -> float:
-        return self.centre[0]/np.sin(2*TAPER)
-
-    @property
-    def d(self) -> float:
-        return ROLLING_RADIUS + self.centre[0]*np.tan(TAPER) + self.rho*np.cos(TAPER)
-
-    @property
-    def omega(self) -> float:
-        """The angular frequency of small oscillations [rad/s]."""
-        lever = 2*self.R - self.d
-        return np.sqrt(WEIGHT*(4*self.R - self.d)/(MASS*lever**2 + ROLL_INERTIA))
+    def __post_init__(self) -> None:
+        self.R = self.centre[0]/np.sin(2*TAPER)
+        self.d = ROLLING_RADIUS + self.centre[0]*np.tan(TAPER) + self.rho*np.cos(TAPER)
+        # The angular frequency of small oscillations [rad/s].
+        self.omega = np.sqrt(WEIGHT*(4*self.R - self.d)/(MASS*(2*self.R - self.d)**2 + ROLL_INERTIA))
 
     def radius(self, poses: np.ndarray) -> np.ndarray:
         """Rolling radius of the left wheel at poses."""
@@ -113,12 +102,16 @@ class Pendulum:
 
     def poses(self, y: np.ndarray) -> np.ndarray:
         """y, height of the axle centre and roll at lateral displacements."""
-        roll = y/(2*self.R - self.d)
-        for _ in range(20):
-            miss = self.R*np.sin(2*roll) - self.d*np.sin(roll) - y
-            roll = roll - miss/(2*self.R*np.cos(2*roll) - self.d*np.cos(roll))
+        roll = newton(lambda roll: self.R*np.sin(2*roll) - self.d*np.sin(roll) - y, y/30, x1=y/20 + 1e-6, tol=1e-17, maxiter=60)
         rise = self.R*(1 - np.cos(2*roll)) - self.d*(1 - np.cos(roll))
         return np.column_stack([y, self.centre[1] + self.rho*np.cos(TAPER) + ROLLING_RADIUS + rise, roll])
+
+
+def top(x: np.ndarray) -> float:
+    """The largest value, on the parabola through three evenly spaced rows."""
+    k = int(x.argmax())
+    a, b, c = x[k - 1:k + 2]
+    return b + (a - c)**2/(8*(2*b - a - c))
 
 
 def gaps(points: np.ndarray, line: np.ndarray) -> np.ndarray:

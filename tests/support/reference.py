@@ -1,34 +1,45 @@
-"""Stored outputs of the ten shipped inputs.
+"""Stored answers: outputs of the ten shipped inputs, and motions of the rigid formulations.
 
-`make reference` runs the ten cases, says what moved, and replaces the references; tests say it too, and replace nothing.
+`make reference` runs all cases, says what moved, and replaces the references; tests say it too, and replace nothing.
 
-outputs/reference has two files per case, which read like any column file: <case>.txt, rows of the run with its
-events and peaks of the summary; <case>_tolerance.txt, how far each of these numbers may move, inf where it is
-not compared.
+outputs/reference has two files per shipped input, which read like any column file: <case>.txt, rows of the run with its events
+and peaks of the summary; <case>_tolerance.txt, how far each of these numbers may move, inf where it is not compared.
 
-Tolerances. Another compiler rounds differently; impacts amplify that. How much is measured: the run is repeated
-with its initial lateral velocity changed by 1e-10 of itself to either side (exercise 5, which starts at rest: by
-up to 4e-12 m/s), and the largest deviation up to a row's time is the amplification there. Fused multiply-add
-instructions in the whole program move exercises 1 to 4 by less than a tenth of that, exercise 5 by up to twice
-that. A number may move by
+Tolerances. Another compiler rounds differently; impacts amplify that. How much is measured: the run is repeated with its
+initial lateral velocity changed by 1e-10 of itself to either side (exercise 5, which starts at rest: by up to 4e-12 m/s), and
+the largest deviation up to a row's time is the amplification there. Fused multiply-add instructions in the whole program move
+exercises 1 to 4 by less than a tenth of that, exercise 5 by up to twice that. A number may move by
 
     a written digit  +  1e-7 of the column's range (all energies have one)  +  10 times that deviation
 
-and is compared while the last term is less than 1e-3 of the range. Exercise 5 is chaotic from its first bounces
-on the flange: its rows end there, and the range is that of these rows. Events and peaks of the whole run have
-tolerances of the same kind, event times that of a step in addition; where they are chaotic they are compared as a
-statistic, mean of nine runs +- their 99.9 % prediction interval, if that says anything.
+and is compared while the last term is less than 1e-3 of the range. Exercise 5 is chaotic from its first bounces on the flange:
+its rows end there, and the range is that of these rows. Events and peaks of the whole run have tolerances of the same kind,
+event times that of a step in addition; where they are chaotic they are compared as a statistic, mean of nine runs +- their
+99.9 % prediction interval, if that says anything.
+
+formulations.csv has the rigid formulations: instants of every motion, in exercise 5 of the first second, and how exercise 5
+ends. With restitution below 1 the wheelset comes to rest on the flange long before, and the end does not depend on how; with
+restitution 1 it rattles on, and the end may move by some kN; bilateral, it never ends: when a rail begins to pull, and the
+least Y of the last second. A number may move by 1e-9 and ten times that deviation; instants are compared up to 1e-4.
 """
+from __future__ import annotations
+
+import functools
 import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
+import ldbench
+from ldbench import Case
 from ldbench._core.files import complete
-from running import REPO, Columns, Run, columns, for_all_cases, header, on_grid, read_interval, run_shipped
+from ldbench.report import formulations
+from running import CASES, REPO, Columns, Run, columns, for_all_cases, header, on_grid, read_interval, run_shipped
 
 FOLDER = REPO / "outputs/reference"
 ROWS = 100
@@ -96,14 +107,6 @@ def read_ending(text: str) -> str:
     return re.search(r"ended at t = \S+ s: (.*)", text)[1]
 
 
-def units_line(text: str) -> list[str]:
-    return next(words for line in text.splitlines() if (words := line.split())[:2] == ["s", "m"])
-
-
-def read_step(text: str) -> float:
-    return float(re.search(r"steps: \d+ of at most (\S+) s", text)[1])
-
-
 def perturbations(case: str) -> list[Callable[[str], str]]:
     """Changes of a case's text: its initial lateral velocity a little larger and smaller."""
     def change(factor: float, summand: float) -> Callable[[str], str]:
@@ -118,28 +121,21 @@ def perturbations(case: str) -> list[Callable[[str], str]]:
 def growth(run: Columns, others: list[Columns], name: str) -> np.ndarray:
     """Largest deviation of a column up to each row's time; inf from where a contact is open in one run only."""
     rows = len(run["time"])
-    largest = np.zeros(rows)
-    for other in others:
-        deviation = np.full(rows, np.inf)
+    found = np.full((len(others) + 1, rows), 0.0)
+    for deviation, other in zip(found[1:], others, strict=True):
         n = min(rows, len(other["time"]))
         a, b = run[name][:n], other[name][:n]
-        deviation[:n] = np.where(np.isnan(a) & np.isnan(b), 0, np.abs(a - b))
-        deviation[np.isnan(deviation)] = np.inf
-        largest = np.maximum(largest, np.maximum.accumulate(deviation))
-    return largest
-
-
-def column_range(run: Columns, units: dict[str, str], name: str, rows: slice) -> float:
-    """What a column sweeps in these rows, the most of all energies for an energy; its size if it is constant."""
-    group = [other for other in run if units[other] == "J"] if units[name] == "J" else [name]
-    found = [run[other][rows] for other in group]
-    found = [x[~np.isnan(x)] for x in found]
-    return max((np.ptp(x) or np.abs(x).max() for x in found if len(x)), default=0.0)
+        deviation[n:] = np.inf
+        deviation[:n] = np.nan_to_num(np.where(np.isnan(a) & np.isnan(b), 0, np.abs(a - b)), nan=np.inf)
+    return np.maximum.accumulate(found.max(axis=0))
 
 
 def column_tolerance(run: Columns, others: list[Columns], units: dict[str, str], name: str, rows: slice) -> np.ndarray:
-    """The tolerance of every row; inf where the column is not compared."""
-    scale = column_range(run, units, name, rows)
+    """The tolerance of every row; inf where the column is not compared. A column's range is what it sweeps in these rows, the most
+    of all energies for an energy; its size if it is constant."""
+    group = [other for other in run if units[other] == "J"] if units[name] == "J" else [name]
+    swept = [x[~np.isnan(x)] for x in (run[other][rows] for other in group)]
+    scale = max((np.ptp(x) or np.abs(x).max() for x in swept if len(x)), default=0.0)
     amplified = AMPLIFICATION * growth(run, others, name)
     tolerance = WRITTEN * np.nanmax(np.abs(run[name]), initial=0) + RELATIVE * scale + amplified
     return np.where(amplified <= LIMIT * scale, tolerance, np.inf)[rows]
@@ -153,7 +149,7 @@ def reproducible_rows(run: Columns, others: list[Columns], units: dict[str, str]
     return rows
 
 
-def fact_tolerance(what: str, value: float, others: list[float | None], resolution: float) -> tuple[float, float]:
+def fact_tolerance(value: float, others: list[float | None], resolution: float) -> tuple[float, float]:
     """The value to compare with, and by how much it may differ."""
     if None in others:
         return value, np.inf
@@ -162,9 +158,7 @@ def fact_tolerance(what: str, value: float, others: list[float | None], resoluti
         return value, resolution + AMPLIFICATION * deviation
     sample = [value, *others]
     mean, tolerance = round(float(np.mean(sample)), 6), resolution + PREDICTION * float(np.std(sample, ddof=1))
-    if len(sample) == STATISTIC and tolerance < LOOSEST * abs(mean):
-        return mean, tolerance
-    return value, np.inf
+    return (mean, tolerance) if len(sample) == STATISTIC and tolerance < LOOSEST * abs(mean) else (value, np.inf)
 
 
 def resolution(what: str, run: Run) -> float:
@@ -172,14 +166,16 @@ def resolution(what: str, run: Run) -> float:
     digit = next((digit for unit, digit in DIGIT.items() if what.endswith(unit)), 0.0)
     if not what.endswith("[s]"):
         return digit
-    return digit + (read_interval(run.header) if what == "end [s]" else read_step(run.summary))
+    step = float(re.search(r"steps: \d+ of at most (\S+) s", run.summary)[1])
+    return digit + (read_interval(run.header) if what == "end [s]" else step)
 
 
 def make(run: Run, others: list[Run]) -> Reference:
     """A run, and what became of it with the initial conditions perturbed."""
     run, *others = (on_grid(done) for done in (run, *others))
     found = [other.columns for other in others]
-    units = dict(zip(run.columns, units_line(run.header), strict=True))
+    unit_line = next(words for line in run.header.splitlines() if (words := line.split())[:2] == ["s", "m"])
+    units = dict(zip(run.columns, unit_line, strict=True))
     rows = reproducible_rows(run.columns, found, units)
     kept = np.unique(np.linspace(0, len(run.columns["time"][rows]) - 1, ROWS).astype(int))
     other_facts = [read_facts(other.summary + other.header) for other in others]
@@ -187,7 +183,7 @@ def make(run: Run, others: list[Run]) -> Reference:
         {name: values[kept] for name, values in run.columns.items()},
         {name: column_tolerance(run.columns, found, units, name, rows)[kept] for name in run.columns},
         units,
-        {what: fact_tolerance(what, value, [facts.get(what) for facts in other_facts], resolution(what, run))
+        {what: fact_tolerance(value, [facts.get(what) for facts in other_facts], resolution(what, run))
          for what, value in read_facts(run.summary + run.header).items()},
         read_ending(run.summary))
 
@@ -257,32 +253,118 @@ def compare_column(name: str, reference: Reference, found: Columns, there: np.nd
     return Move(name, float(by[k]), float(tolerance[k]), f" [{unit}] at t = {time:.6g} s")
 
 
-def report(case: str, moves: list[Move]) -> None:
-    """Say what moved."""
-    beyond = sorted((move for move in moves if move.share > 1), key=lambda move: -move.share)
-    for move in beyond:
-        print(f"{case}: {move}")
-    print(f"{case}: {len(moves) - len(beyond)} columns, events and peaks within tolerance")
+RIGID_FILE = FOLDER / "formulations.csv"
+RIGID = {name: changes for name, changes in formulations.FORMULATIONS.items() if changes}
+RIGID_COLUMNS = "Y", "Z", "roll", "vY", "P_LF"
+INSTANTS = 12
+RIGID_DIGIT, RIGID_LIMIT = 1e-9, 1e-4
+# Largest energy drift of exercise 5 up to its end, of the work.
+DRIFTS = {"bilateral": 1e-10, "unilateral, e = 1": 1e-12, "unilateral, e = 0.5": 1e-9, "unilateral, e = 0": 1e-9}
+RIGID_CASES = [(case, name, "motion") for case in CASES for name in RIGID] + [
+    (case, name, "end") for case in CASES if case.startswith("ex5") for name in RIGID]
 
 
-def in_memory(run: Run) -> Run:
-    """The run, read: the next one of the case replaces its file."""
-    assert run.header and run.columns
-    return run
+@functools.cache
+def rigid_run(case: str, formulation: str, part: str, aside: float = 0.0) -> ldbench.Run:
+    """A motion with rigid contacts, begun with another lateral velocity [m/s]; part: 'motion', 'end' of exercise 5."""
+    made = Case.exercise(int(case[2]), case[-2:]).replace(**RIGID[formulation], rows="interval")
+    if part == "end":
+        made = made.replace(interval=5e-3)
+    elif case.startswith("ex5"):
+        made = made.replace(t_end=1.0, interval=1e-3)
+    return ldbench.run(made.replace(vY=made.vY + aside))
+
+
+def instants(done: ldbench.Run, times: Sequence[float]) -> dict[str, float]:
+    c = done.data
+    rows = np.searchsorted(c.time, np.array(times) - 1e-9)
+    return {f"{name} at {t:.10g} s": float(c[name].iloc[k]) for t, k in zip(times, rows, strict=True) if k < len(c)
+            for name in RIGID_COLUMNS}
+
+
+def end_of(done: ldbench.Run) -> dict[str, float]:
+    """First events and the last one, with the lateral force then; what impacts have cost."""
+    found: dict[str, float] = {}
+    for event in done.events:
+        if event.kind in ("left flange contact", "right wheel lift-off", "rail pulls", "derailment"):
+            found.setdefault(f"{event.kind} [s]", event.t)
+            found.setdefault(f"{event.kind}, lateral force [N]", event.force)
+    c = done.data
+    if done.case.restitution < 1:
+        found["energy lost [J]"] = float(c.E_lost.iloc[-1])
+    if done.case.formulation == "bilateral":
+        found["least Y of the last second [m]"] = float(c.Y[c.time > c.time.iloc[-1] - 1].min())
+    return found
+
+
+def rigid_reference(case: str, formulation: str, part: str) -> list[tuple[str, str, str, str, float, float]]:
+    """Numbers of a rigid motion, and how far each may move; inf: not compared."""
+    done = rigid_run(case, formulation, part)
+    change = 1e-12 if case.startswith("ex5") else 1e-10*done.case.vY
+    runs = [done, *(rigid_run(case, formulation, part, aside) for aside in (change, -change))]
+    if part == "end":
+        own, *others = map(end_of, runs)
+    else:
+        times = done.data.time.iloc[np.linspace(0, len(done.data) - 1, INSTANTS + 1).astype(int)[1:]].tolist()
+        own, *others = (instants(run, times) for run in runs)
+    scale, moved, found = {}, {}, []
+    for what, x in own.items():
+        of = what.partition(" at ")[0]
+        scale[of] = max(scale.get(of, 0.0), abs(x))
+    for what, x in own.items():
+        of = what.partition(" at ")[0]
+        moved[of] = max(moved.get(of, 0.0), *(abs(other.get(what, np.inf) - x) for other in others))
+        known = part == "end" or AMPLIFICATION*moved[of] < RIGID_LIMIT*max(scale[of], 1e-3)
+        found.append((case, formulation, part, what, x,
+                      RIGID_DIGIT*max(scale[of], 1) + AMPLIFICATION*moved[of] if known else np.inf))
+    return found
+
+
+@functools.cache
+def rigid_stored() -> pd.DataFrame:
+    return pd.read_csv(RIGID_FILE)
+
+
+def rigid_moves(case: str, formulation: str, part: str) -> list[str]:
+    """What is out of tolerance in a rigid motion, in words."""
+    stored = rigid_stored()
+    own = stored[(stored.case == case) & (stored.formulation == formulation) & (stored.part == part)]
+    done = rigid_run(case, formulation, part)
+    now = end_of(done) if part == "end" else instants(done, sorted({float(what.split()[-2]) for what in own.quantity}))
+    assert len(own) and set(now) <= set(own.quantity), f"{case}, {formulation}: not in {RIGID_FILE.name}"
+    return [f"{case}, {formulation}: {row.quantity}: expected {row.value:.12g} within {row['may move']:.1g}, "
+            f"found {now.get(row.quantity, np.nan):.12g}" for _, row in own.iterrows()
+            if np.isfinite(row["may move"]) and not abs(now.get(row.quantity, np.nan) - row.value) <= row["may move"]]
 
 
 def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
 
+        def read_now(case: str, *change: Callable[[str], str]) -> Run:
+            """A run in memory: the next one of the case replaces its file."""
+            run = run_shipped(case, folder, *change)
+            assert run.header and run.columns
+            return run
+
         def run_all(case: str) -> tuple[Run, list[Run]]:
-            return (in_memory(run_shipped(case, folder)),
-                    [in_memory(run_shipped(case, folder, change)) for change in perturbations(case)])
+            return read_now(case), [read_now(case, change) for change in perturbations(case)]
 
         for case, (run, others) in for_all_cases(run_all).items():
             if (FOLDER / f"{case}.txt").exists():
-                report(case, compare(read(case), run))
+                moves = compare(read(case), run)
+                beyond = sorted((move for move in moves if move.share > 1), key=lambda move: -move.share)
+                print(*(f"{case}: {move}" for move in beyond), sep="\n", end="\n" if beyond else "")
+                print(f"{case}: {len(moves) - len(beyond)} columns, events and peaks within tolerance")
             write(case, make(run, others))
+    with ThreadPoolExecutor(2) as pool:
+        if RIGID_FILE.exists():
+            for lines in pool.map(rigid_moves, *zip(*RIGID_CASES, strict=True)):
+                print(*lines, sep="\n", end="\n" if lines else "")
+        rows = [row for found in pool.map(rigid_reference, *zip(*RIGID_CASES, strict=True)) for row in found]
+    with complete(RIGID_FILE) as scratch:
+        pd.DataFrame(rows, columns=["case", "formulation", "part", "quantity", "value", "may move"]).to_csv(
+            scratch, index=False, float_format="%.12g")
     print(f"stored in {FOLDER}")
 
 

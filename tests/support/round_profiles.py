@@ -1,29 +1,22 @@
-"""Cones and arcs on rails with round heads: profiles whose rolling radii and conicity have closed forms.
+"""Cones and arcs on rails with round heads: profiles whose rolling radii and conicity have closed forms at any amplitude.
 
-Two families have closed forms at any amplitude. Cone on round heads: with the heads' centres at +-e, R = e/sin(2 g) and
-d the height of the axle over the cones' common line through these centres,
+Cone on round heads: with the heads' centres at +-e, R = e/sin(2 g) and d the height of the axle over the cones' common line
+through these centres, y = R sin(2 roll) - d sin(roll), delta_r = 2 e sin(roll), tan(gamma_e) -> e/(2 R - d).
 
-    y = R sin(2 roll) - d sin(roll),    delta_r = 2 e sin(roll),    tan(gamma_e) -> e/(2 R - d).
-
-Arc on arc, radius R_w of the wheel and R_r of the rail: the centres of curvature are the joints of a four-bar linkage
-with cranks of length D = R_w - R_r; e_w and h place the wheel's centre of curvature in the wheelset:
-
-    delta_r = R_w (cos(angle_R + roll) - cos(angle_L - roll)),
-    tan(gamma_e) -> R_w sin(g) (e_w - D sin g)/(D (e_w cos g + h sin g)),
-
-which is Wickens' R_w g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals of Rail
-Vehicle Dynamics, 2003).
+Arc on arc, radius R_w of the wheel and R_r of the rail: the centres of curvature are the joints of a four-bar linkage with
+cranks of length D = R_w - R_r; e_w and h place the wheel's centre of curvature in the wheelset: delta_r = R_w (cos(angle_R +
+roll) - cos(angle_L - roll)), tan(gamma_e) -> R_w sin(g) (e_w - D sin g)/(D (e_w cos g + h sin g)), which is Wickens' R_w
+g/(R_w - R_r) (b + R_r g)/(b - r_0 g) for small contact angles g (Fundamentals of Rail Vehicle Dynamics, 2003).
 """
 from __future__ import annotations
 
-import functools
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
+from scipy.optimize import brentq, newton
 from scipy.special import ellipe, ellipkm1
 
 import make_profiles as arcs
@@ -47,7 +40,7 @@ def hertz(A: float, B: float, approach: float, modulus: float) -> tuple[float, f
         K, D = integrals(k)
         return (K - D)/(k*k*D) - max(A, B)/min(A, B)
 
-    k = brentq(miss, 1e-3, 1 - 1e-9, xtol=1e-15)
+    k = brentq(miss, 1e-7, 1 - 1e-9, xtol=1e-15)
     K, D = integrals(k)
     long = np.sqrt(approach*D/(K*min(A, B)))
     largest = modulus*approach/(k*long*K)
@@ -55,13 +48,22 @@ def hertz(A: float, B: float, approach: float, modulus: float) -> tuple[float, f
     return *axes, largest, 2/3*np.pi*k*long**2*largest
 
 
-@dataclass(frozen=True)
+@dataclass
 class Shape:
     """A wheel with a straight (R_w infinite) or hollow tread on a rail with a round head."""
 
     taper: float            # angle of the contact of the centred wheelset [rad]
     R_w: float              # [m]
     R_r: float              # [m]
+
+    def __post_init__(self) -> None:
+        s, c = np.sin(self.taper), np.cos(self.taper)
+        crown = next(piece for piece in self.rail() if piece.R == MM*self.R_r)
+        self.head = (arcs.GAUGE_POINT + crown.c[0])/MM          # lateral position of the centre of the left rail's head [m]
+        self.contact = self.head - self.R_r*s                   # and of the left contact of the centred wheelset [m]
+        self.R, self.d = self.head/np.sin(2*self.taper), RADIUS + self.head*s/c + self.R_r*c
+        self.e_w, self.h = self.contact + self.R_w*s, -RADIUS - self.R_w*c
+        self.steepest = np.arcsin(s + (self.contact - (arcs.WHEEL_BACK + THROAT)/MM)/self.R_w)  # of the tread, at the throat [rad]
 
     def geometry(self, y: np.ndarray, spacing: float = arcs.STEP) -> pd.DataFrame:
         """What the core finds from points `spacing` mm apart; the table is small: only the rigid geometry is read."""
@@ -84,36 +86,15 @@ class Shape:
 
     def wheel(self) -> list[arcs.Piece]:
         """Tip, flange of 70 degrees, throat and tread; a hollow tread has the angle `taper` over the rail's crown."""
-        if np.isinf(self.R_w):
-            tread = self.taper, arcs.line(self.taper, 90)
-        else:
-            tread = self.steepest, arcs.arc(MM*self.R_w, self.steepest, np.radians(-3))
-        flange = arcs.arc(-10, 0, FLANGE), arcs.line(FLANGE, 6/np.sin(FLANGE)), arcs.arc(18, FLANGE, tread[0])
+        tread = arcs.line(self.taper, 90) if np.isinf(self.R_w) else arcs.arc(MM*self.R_w, self.steepest, np.radians(-3))
+        flange = arcs.arc(-10, 0, FLANGE), arcs.line(FLANGE, 6/np.sin(FLANGE)), arcs.arc(18, FLANGE, tread[1])
         low = THROAT - arcs.chain((0, 0), *flange)[-1].end[0]
-        return arcs.chain((0, 0), arcs.arc(-low, -np.pi/2, 0), *flange, tread[1])
-
-    @property
-    def steepest(self) -> float:
-        """Angle of the tread where it meets the throat [rad]."""
-        if np.isinf(self.R_w):
-            return self.taper
-        return np.arcsin(np.sin(self.taper) + (self.contact - (arcs.WHEEL_BACK + THROAT)/MM)/self.R_w)
-
-    @functools.cached_property
-    def head(self) -> float:
-        """Lateral position of the centre of the left rail's head [m]."""
-        crown = next(piece for piece in self.rail() if piece.R == MM*self.R_r)
-        return (arcs.GAUGE_POINT + crown.c[0])/MM
-
-    @property
-    def contact(self) -> float:
-        """Lateral position of the left contact of the centred wheelset [m]."""
-        return self.head - self.R_r*np.sin(self.taper)
+        return arcs.chain((0, 0), arcs.arc(-low, -np.pi/2, 0), *flange, tread)
 
     def lateral(self, roll: np.ndarray) -> np.ndarray:
         """Displacement at a roll angle [m]."""
         if np.isinf(self.R_w):
-            return self.head/np.sin(2*self.taper)*np.sin(2*roll) - self.d*np.sin(roll)
+            return self.R*np.sin(2*roll) - self.d*np.sin(roll)
         mean, half = self.angles(roll)
         return self.h*np.sin(roll) + (self.R_w - self.R_r)*np.cos(mean)*np.sin(half)
 
@@ -122,34 +103,23 @@ class Shape:
         half = np.arctan2(self.e_w*np.sin(roll), self.e_w*np.cos(roll) - self.head)
         return np.arcsin((self.e_w*np.cos(roll) - self.head)/(self.R_w - self.R_r)/np.cos(half)), half
 
+    def roll(self, y: np.ndarray | float) -> np.ndarray:
+        """Roll angle at displacements."""
+        y = np.asarray(y, float)
+        return newton(lambda roll: self.lateral(roll) - y, y/30, x1=y/20 + 1e-6, tol=1e-17, maxiter=60)
+
     def delta_r(self, y: np.ndarray) -> np.ndarray:
-        """Closed form of the difference of the rolling radii [m], the roll by bisection."""
-        low, high = np.zeros_like(y), np.full_like(y, 4e-3)
-        for _ in range(46):
-            middle = (low + high)/2
-            beyond = self.lateral(middle) > np.abs(y)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        """Closed form of the difference of the rolling radii [m]."""
+        roll = self.roll(y)
         if np.isinf(self.R_w):
-            return np.copysign(2*self.head*np.sin(low), y)
-        mean, half = self.angles(low)
-        return np.copysign(self.R_w*(np.cos(mean - half + low) - np.cos(mean + half - low)), y)
-
-    @property
-    def d(self) -> float:
-        return RADIUS + self.head*np.tan(self.taper) + self.R_r*np.cos(self.taper)
-
-    @property
-    def e_w(self) -> float:
-        return self.contact + self.R_w*np.sin(self.taper)
-
-    @property
-    def h(self) -> float:
-        return -RADIUS - self.R_w*np.cos(self.taper)
+            return 2*self.head*np.sin(roll)
+        mean, half = self.angles(roll)
+        return self.R_w*(np.cos(mean - half + roll) - np.cos(mean + half - roll))
 
     @property
     def small(self) -> float:
         """Equivalent conicity for small amplitudes."""
         if np.isinf(self.R_w):
-            return self.head/(2*self.head/np.sin(2*self.taper) - self.d)
+            return self.head/(2*self.R - self.d)
         D, s, c = self.R_w - self.R_r, np.sin(self.taper), np.cos(self.taper)
         return self.R_w*s*(self.e_w - D*s)/(D*(self.e_w*c + self.h*s))

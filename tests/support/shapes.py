@@ -5,6 +5,7 @@ import numpy as np
 
 import make_profiles as arcs
 
+DOWN = np.array([1, -1])
 Points = np.ndarray     # (n, 2) y, z [mm], left side, z up
 
 
@@ -104,38 +105,33 @@ WORN_WHEELS: dict[str, Callable[[Points], Points]] = {
     "hollow tread, thin flange": lambda wheel: hollow(thin_flange(wheel))}
 
 
-def rows(points: Points) -> str:
-    return "".join(f"{y:.7f} {z:.7f}\n" for y, z in points)
+def rows(points: Points, between: str = " ", digits: int = 7, after: str = "") -> str:
+    """The points as lines of text."""
+    return "".join(f"{y:.{digits}f}{between}{z:.{digits}f}{after}\n" for y, z in points)
 
 
-def plain(points: Points, kind: str) -> str:
-    return rows(points)
+def miniprof(points: Points, kind: str, ends: str = "\n\n", digits: int = 7) -> str:
+    """MiniProf's newer form: names and values, an offset, four columns; the flange's tip up."""
+    return ("ProgramName=MiniProf\nProgramVer=2.4\nStock=%12\nXOffset=1.5\nYOffset=-2.0\nColumnDef=X,Y,A,C\n"
+            f"XYPoints={len(points)}{ends}" + rows(points*DOWN - [1.5, -2], digits=digits, after=" 0.1 0.2"))
 
 
-def miniprof_old(points: Points, kind: str) -> str:
-    """Free lines, numbers among them, a blank line, then X Y A; the flange's tip up."""
-    heading = "MINIPROF 2003 11\nmeasured by nobody\nStock.......:\n32.58 37.11 14.71  (Sd/Sh/qR)\n\n"
-    turned = points*([1, -1] if kind == "wheel" else [1, 1])
-    return heading + "".join(f"{y:.7f} {z:.7f} 0.000\n" for y, z in turned)
+def old_miniprof(points: Points, kind: str, digits: int = 7) -> str:
+    """MiniProf's older form: free lines, numbers among them, a blank line, then X Y A."""
+    heading = f"#Mini{kind.capitalize()}Prof 2003 11\nmeasured by nobody\n32.58 37.11 14.71\n\n"
+    return heading + rows(points*DOWN, "\t", digits, "\t0.0")
 
 
-def miniprof_new(points: Points, kind: str) -> str:
-    heading = ("ProgramName=MiniProf\nProgramVer=2.4\nStock=%12\nXOffset=1.5000\nYOffset=-2.0000\n"
-               f"ColumnDef=X,Y,A,C\nXYPoints={len(points)}\nChars=Win\n\n")
-    turned = points*([1, -1] if kind == "wheel" else [1, 1]) - [1.5, -2.0]
-    return heading + "".join(f"{y:.7f} {z:.7f} 0.1 0.2\n" for y, z in turned)
-
-
-def simpack(points: Points, kind: str) -> str:
-    """z down, y from the tape circle of a wheel, in mm by units.len.f, shifted and mirrored back."""
+def simpack(points: Points, kind: str, unit: float = 1000.0, digits: int = 7) -> str:
+    """z down, y of a wheel from the tape circle, shifted and mirrored back, one point beyond the bounds."""
     moved = (points - [70 if kind == "wheel" else 0, 0])*[-1, -1] - [2.5, 0]
-    return ("! a profile\n  header.begin\n    version = 1\n"
-            f"    type = {int(kind == 'wheel')}  ! 0 rail, 1 wheel\n  header.end\n  spline.begin\n"
-            "    approx.smooth = 0.0\n    comment = 'none'\n    shift.y = 2.5\n    shift.z = 0.0\n    rotate = 0.0\n"
-            "    bound.y.min = 1.0\n    bound.y.max = 0.0\n    mirror.y = 1\n    mirror.z = 0\n"
-            "    units.len = 'mm'\n    units.len.f = 1000.0\n    point.begin\n"
-            + "".join(f"      {y:.7E} {z:.7E} 1.0\n" for y, z in moved) + "    point.end\n  spline.end\n")
+    moved = np.vstack([moved, [300.0, 0.0]])*unit/1000
+    shift, least, most = (f"{x*unit/1000:g}" for x in (2.5, -200, 200))
+    return (f"! a profile\nheader.begin\n  version = 1\n  type = {int(kind == 'wheel')} ! 1 wheel\nheader.end\nspline.begin\n"
+            f"  approx.smooth = 0.0\n  comment = 'none'\n  shift.y = {shift}\n  rotate = 0.0\n  bound.y.min = {least}\n"
+            f"  bound.y.max = {most}\n  mirror.y = 1\n  units.len = 'mm'\n  units.len.f = {unit:g}\n  point.begin\n"
+            + rows(moved, digits=digits, after=" 1.0") + "  point.end\nspline.end\n")
 
 
 FORMATS: dict[str, Callable[[Points, str], str]] = {
-    "plain": plain, "old MiniProf": miniprof_old, "MiniProf": miniprof_new, "SIMPACK": simpack}
+    "plain": lambda points, kind: rows(points), "old MiniProf": old_miniprof, "MiniProf": miniprof, "SIMPACK": simpack}

@@ -2,9 +2,9 @@
 
 usage: PYTHONPATH=tests/support:profiles python tests/validation [--only SECTION ...]
 
-Writes outputs/ldbench_validation.pdf, validation.csv with one line per check, and validation.json with the tables of the
-PDF file, from which the pages of the documentation quote. Says how many checks lie inside their bars; exit status 1
-if one does not.
+Writes outputs/ldbench_validation.pdf, validation.csv with one line per check, and validation.json with the tables of the PDF
+file, from which the pages of the documentation quote. Says how many checks lie inside their bars; exit status 1 if one does
+not.
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 
 import ldbench
-from checks import SECTIONS, Section, number
+from checks import SECTIONS, Section
 from command import OUTPUTS, arguments, run_sections, write_csv
 from ldbench._core.files import complete
 from sheets import Table, write_pdf
@@ -29,21 +29,18 @@ def lines(section: Section) -> Iterator[str]:
                f"deviation {c.deviation:.2e}, bar {c.bar:.0e}")
 
 
-def nearest(section: Section) -> str:
-    """The check that comes nearest to its bar, or exceeds it most."""
-    shares = [(c.deviation/c.bar, c.quantity) for c in section.checks if c.bar > 0]
-    return "{:.2g}: {}".format(*max(shares)) if shares else ""
-
-
 def overview(sections: Mapping[str, Section], said: str) -> Section:
-    """What was checked, how many checks hold, and all of them."""
+    """What was checked, how many checks hold, and all of them; of each section the check that comes nearest to its bar."""
+    nearest = {name: "{:.2g}: {}".format(*max(((c.deviation/c.bar, c.quantity) for c in s.checks if c.bar > 0), default=(0, "")))
+               for name, s in sections.items()}
     return Section("ldbench validation", f"""ldbench {ldbench.__version__}. Every number here is compared with an answer that was
 found without the code that is checked: a closed form, another numerical method, or a solution refined until it no longer
 changes. The bar is the largest deviation that the stated error estimate allows; it was fixed beforehand. {said}.""", tables=[
         Table("Sections", ("section", "", "checks", "inside", "largest deviation over its bar"), [
-            (name, s.title, str(len(s.checks)), str(sum(c.inside for c in s.checks)), nearest(s)) for name, s in sections.items()]),
+            (name, s.title, str(len(s.checks)), str(sum(c.inside for c in s.checks)), nearest[name])
+            for name, s in sections.items()]),
         Table("All checks", HEAD, [
-            (name, c.quantity, number(c.value), number(c.reference), c.source, f"{c.deviation:.1e}", f"{c.bar:.0e}", c.verdict)
+            (name, c.quantity, f"{c.value:.5g}", f"{c.reference:.5g}", c.source, f"{c.deviation:.1e}", f"{c.bar:.0e}", c.verdict)
             for name, s in sections.items() for c in s.checks])])
 
 

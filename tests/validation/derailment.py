@@ -1,4 +1,13 @@
-"""Derailed means no way back: a sweep of initial lateral velocities in which every run is allowed to go on."""
+"""Derailed means no way back: a sweep of initial lateral velocities in which every run is allowed to go on.
+
+A wheelset has derailed when the tip of a flange is outside the highest point of its rail and the wheelset moves outwards: from
+there the crown pushes outwards, and the tread of the other wheel rolls down its cone. That there is no way back is tried:
+initial lateral velocities from 1 to 4 m/s in equal steps, both pairs of profiles, in every formulation, each run going on
+until the wheelset has returned to the centre after both flanges, or has left what the contact table covers. No run that is
+called derailed may come back, its centre of gravity not at all, and every other one has to return. How far the tip of a flange
+goes is computed from the profile files and the columns alone. The tables go 6 mm deep, for 4 m/s press the flange farther into
+the rail than the shipped tables go.
+"""
 from __future__ import annotations
 
 import os
@@ -22,16 +31,6 @@ PER_SPEED = 1/30            # roll rate over lateral velocity, as in the call [r
 DEPTH = 6e-3                # largest penetration of the tables: 4 m/s press deeper than the shipped cases [m]
 LONGEST = 5.0               # a run that has neither returned nor left by then is a question [s]
 RETURN = "return to the centre after both flanges"
-
-TEXT = """A wheelset has derailed when the tip of a flange is outside the highest point of its rail and the wheelset moves
-outwards: from there the crown pushes outwards, and the tread of the other wheel rolls down its cone. That there is no
-way back is a statement about the future, and here it is tried: initial lateral velocities from 1 to 4 m/s in equal
-steps, both pairs of profiles, in every formulation, each run going on until the wheelset has returned to the centre
-after both flanges, or has left what the contact table covers. No run that is called derailed may come back, its
-centre of gravity not at all, and every other one has to return. How far the tip of a flange goes is computed here
-from the profile files and the columns alone. The tables go 6 mm deep, for 4 m/s press the flange farther into the
-rail than the shipped tables go."""
-
 
 @dataclass(frozen=True)
 class Fate:
@@ -105,7 +104,7 @@ def section() -> Section:
             for f in fates:
                 if f.verdict not in ("returns", "derails"):
                     print(f"  {pair}, {name}, {f.speed:.4f} m/s: {f.verdict}")
-    return Section("Derailment: no run that is called derailed comes back", TEXT, checks, [Table(
+    return Section("Derailment: no run that is called derailed comes back", __doc__, checks, [Table(
         "Endings, and how far the tip of a flange is outside the highest point of its rail, at most in each run",
         ["pair", "formulation", "return", "derail", "slowest that derails [m/s]", "farthest of those that return [mm]",
          "least of those that derail [mm]"], rows)])

@@ -1,7 +1,9 @@
 """The half-space solver against closed forms of contact mechanics.
 
-K. L. Johnson, Contact Mechanics (1985): Hertz's ellipse (4.25-4.32), flat punch (3.34-3.37),
-bodies of the form r^n (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47-57; n = 1 is the cone, 5.3).
+Frictionless contact of elastic half-spaces on rectangular elements (Boussinesq-Love influence coefficients, no tension and no
+interpenetration to 1e-9 of the depth). K. L. Johnson, Contact Mechanics (1985): Hertz's ellipse (4.25-4.32) over axis ratios
+0.05 to 20, flat punch (3.34-3.37); bodies of the form r^n (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47-57; n = 1 is the cone,
+5.3); two patches that act on each other. Semi-axes are those of the pressure's second moments.
 """
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk, gamma
 
 from checks import Check, Section, limit, relative
@@ -94,24 +97,6 @@ def hertz_errors(ratio: float, n: int) -> np.ndarray:
     return np.array(values)/[exact.force, exact.a, exact.b, exact.p0, exact.energy] - 1
 
 
-class Power:
-    """A body of the form r^power pressed by 1e-3; its contact has radius 1."""
-
-    def __init__(self, power: float) -> None:
-        self.power, self.delta = power, 1e-3
-        self.c = self.delta/(0.5*np.sqrt(np.pi)*power*gamma(power/2)/gamma(power/2 + 0.5))
-        self.force = 2*E_STAR*self.delta*power/(power + 1)
-        self.energy = self.force*self.delta*power/(2*power + 1)
-
-    def press(self, n: int) -> Pressed:
-        return press(n, 1.1, 1.1, lambda x, s: self.delta - self.c*np.hypot(x, s)**self.power)
-
-
-def punch(n: int) -> Pressed:
-    """A flat circular punch of radius 1 pressed by 1e-3: N = 2 E* a delta, infinite pressure at its rim."""
-    return press(n, 1.0, 1.0, lambda x, s: np.where(np.hypot(x, s) <= 1, 1e-3, -1.0))
-
-
 def two_patches(n: int, distance: float = 8.0) -> tuple[float, float]:
     """Force of each of two Hertz circles of radius about 1 that act on each other, and the far-field answer.
 
@@ -122,60 +107,49 @@ def two_patches(n: int, distance: float = 8.0) -> tuple[float, float]:
     found = press(n, 1.1, distance/2 + 1.1, ns=int(n*(distance/2 + 1.1)/1.1), depth=lambda x, s: (
         circle.delta - circle.A*x**2 - circle.B*(np.abs(s) - distance/2)**2))
     stiffness = circle.force/circle.delta**1.5
-    force = circle.force
-    for _ in range(50):
-        force = stiffness*(circle.delta - force/(np.pi*E_STAR*distance))**1.5
-    return found.force/2, force
+    return found.force/2, brentq(lambda N: N - stiffness*(circle.delta - N/(np.pi*E_STAR*distance))**1.5, 0, circle.force)
 
 
-def force_from_energy(ratio: float, n: int) -> tuple[float, float]:
-    """Force of a Hertz ellipse, and dU/d(approach) by central difference on the same elements."""
-    h, exact = 1e-3, Hertz(ratio)
-    low, middle, high = (exact.press(n, approach) for approach in (1 - h, 1.0, 1 + h))
-    return middle.force, (high.energy - low.energy)/(2*h*exact.delta)
-
-
-def section(short: bool = False) -> Section:
-    ratios = RATIOS[::4] if short else RATIOS
-    grids = (10, 20, 40) if short else (8, 12, 16, 24, 32, 48, 64)
+def section() -> Section:
     stated = 40
     checks: list[Check] = []
     rows = []
-    for ratio in ratios:
+    for ratio in RATIOS:
         errors = hertz_errors(ratio, stated)
         rows.append([f"{ratio:g}", *(f"{100*e:+.4f}" for e in errors)])
         worst = int(np.argmax(np.abs(errors[:4])))
         # 0.5 % is the bar for each of N, a, b, p0.
         checks.append(limit(f"Hertz, semi-axes {ratio:g}:1, largest of N, a, b, p0 ({QUANTITIES[worst]}) off by [1]",
                             errors[worst], f"{SOURCE}, {stated} x {stated} elements", 5e-3))
-    sizes = np.array([hertz_errors(1.0, n)[[0, 4]] for n in grids])
-    order = -np.polyfit(np.log(grids), np.log(np.abs(sizes[:, 1])), 1)[0]
+    grids = 8, 12, 16, 24, 32, 48, 64
+    order = -np.polyfit(np.log(grids), np.log(np.abs([hertz_errors(1.0, n)[4] for n in grids])), 1)[0]
     # Pressure falls like a square root at the edge: the area errs by a part of an element, its share of
     # the energy by the power 2 or more.
     checks.append(Check("order of convergence of the energy, circle [1]", order, 2.0, "error ~ (element)^2",
                         max(0.0, 2 - order), 0.3))
+    delta = 1e-3
     for power, name in (1, "cone"), (4, "r^4"):
-        body = Power(power)
-        found = body.press(stated)
-        source = "Sneddon (1965)"
-        checks.append(relative(f"{name}: force [E* a^2/1000]", 1e3*found.force, 1e3*body.force, source, 5e-3))
-        checks.append(relative(f"{name}: energy [E* a^3/10^6]", 1e6*found.energy, 1e6*body.energy, source, 5e-3))
-    # The rim of a circle on squares is uncertain by a part of an element, 2/stated; so is N = 2 E* a delta.
-    checks.append(relative("flat punch: force [E* a^2/1000]", 1e3*punch(stated).force, 2.0, "Johnson 3.36", 2/stated))
+        # The contact has radius 1 with this c.
+        c = delta/(0.5*np.sqrt(np.pi)*power*gamma(power/2)/gamma(power/2 + 0.5))
+        found = press(stated, 1.1, 1.1, lambda x, s, c=c, power=power: delta - c*np.hypot(x, s)**power)
+        force = 2*E_STAR*delta*power/(power + 1)
+        for what, unit, ours, exact in (("force", "E* a^2/1000", 1e3*found.force, 1e3*force),
+                                        ("energy", "E* a^3/10^6", 1e6*found.energy, 1e6*force*delta*power/(2*power + 1))):
+            checks.append(relative(f"{name}: {what} [{unit}]", ours, exact, "Sneddon (1965)", 5e-3))
+    # A flat circular punch: N = 2 E* a delta, infinite pressure at its rim, which is uncertain by a part of an element, 2/stated.
+    punch = press(stated, 1.0, 1.0, lambda x, s: np.where(np.hypot(x, s) <= 1, 1e-3, -1.0))
+    checks.append(relative("flat punch: force [E* a^2/1000]", 1e3*punch.force, 2.0, "Johnson 3.36", 2/stated))
     ours, far = two_patches(20)
     # Far field: next term (a/d)^2/10 of the displacement, itself a part 2a/(3d) ... of delta: 1e-4; elements: 1e-3.
     checks.append(relative("two circles 8 a apart: force of each [E* a^2/1000]", 1e3*ours, 1e3*far,
                            "Hertz with Boussinesq's far field", 3e-3))
-    for ratio in ratios[:1] if short else (0.2, 1.0, 5.0):
-        force, slope = force_from_energy(ratio, stated)
-        # The force is the exact derivative of the discrete energy: h^2 = 1e-6 remains of the difference.
-        checks.append(relative(f"Hertz, {ratio:g}:1: force [E* a^2/1000], from dU/d(approach)", 1e3*slope, 1e3*force,
-                               "force of the same solution", 1e-5))
-    table = Table(f"Deviation from Hertz in percent, {stated} x {stated} elements over 1.1 times the semi-axes",
-                  ["semi-axes, rolling : transverse", *QUANTITIES], rows)
-    return Section(
-        "Half-space solver against closed forms",
-        "Frictionless contact of elastic half-spaces on rectangular elements (Boussinesq-Love influence coefficients, "
-        "no tension and no interpenetration to 1e-9 of the depth) against Hertz's ellipses over axis ratios 0.05 to 20, "
-        "bodies of the form r^n, a flat punch and two patches that act on each other. Semi-axes are those of the "
-        "pressure's second moments.", checks, [table])
+    for ratio in 0.2, 1.0, 5.0:
+        # The force is the exact derivative of the discrete energy: h^2 = 1e-6 remains of the central difference.
+        h, exact = 1e-3, Hertz(ratio)
+        low, middle, high = (exact.press(stated, approach) for approach in (1 - h, 1.0, 1 + h))
+        checks.append(relative(f"Hertz, {ratio:g}:1: force [E* a^2/1000], from dU/d(approach)",
+                               1e3*(high.energy - low.energy)/(2*h*exact.delta), 1e3*middle.force, "force of the same solution",
+                               1e-5))
+    return Section("Half-space solver against closed forms", __doc__, checks, [Table(
+        f"Deviation from Hertz in percent, {stated} x {stated} elements over 1.1 times the semi-axes",
+        ["semi-axes, rolling : transverse", *QUANTITIES], rows)])

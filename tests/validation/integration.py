@@ -1,4 +1,24 @@
-"""Another integrator on the core's force: SciPy's DOP853 against the core's integrator."""
+"""SciPy's DOP853 against the core's integrator.
+
+M q'' = f(t) - dU/dq, q = (y, z, roll), is integrated once more from the shipped initial conditions, by DOP853 (Dormand and
+Prince, order 8 with step control) with relative tolerances 1e-12 and 3e-14 (SciPy's least is 2e-14) and steps of at most 50
+and 25 µs. It has nothing in common with the core's integrator but the force.
+
+The core's step is explicit, of fourth order, and cut into 2, 4, ... where it changes the total energy by more than a
+tolerance. That change goes with the fifth power of the step, so a setting with half the step has a 32nd of the tolerance. A
+step that a contact touches in, where F begins as the 3/2 power of the penetration, makes an error of order 2.5 only: from one
+setting to the next errors go down 2^2.5 = 5.7 times at least. Step error of the shipped setting s between the coarser c and
+the finer f: the larger of |s - f|/(1 - 1/5.7) and |c - s|/(5.7 - 1), so that none is small by chance.
+
+Bar of the deviation: step error and what DOP853 changes between its settings, an upper bound of its error with the second.
+Event times: the motion's bar over the speed of what happens, and what the rule of the core that finds times within a step
+misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the step, was zero,
+whatever the load of the tread does in the step; passages of the centre are interpolated linearly. Peaks: the motion's bar
+times the derivatives of the force, and what a parabola through three values of DOP853's force misses. In all of them with the
+longest step that the core may have taken there, found by halving the step until the core does not cut it.
+
+Exercise 5 loses its memory once the wheelset rattles on the flange. It is compared until the bar reaches 10 µm.
+"""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -37,35 +57,6 @@ NEARBY = 1e-7                   # for differences of forces [m, rad]
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
 FLANGES = (("left", "LF"), ("right", "RF"))
 CONTACTS = "LT", "LF", "RT", "RF"
-
-TEXT = """M q'' = f(t) - dU/dq, q = (y, z, roll), is integrated once more from the shipped initial conditions, by
-SciPy's DOP853 (Dormand and Prince, order 8 with step control) with relative tolerances 1e-12 and 3e-14 (SciPy's least
-is 2e-14) and steps of at most 50 and 25 µs. It has nothing in common with the core's integrator but the force,
-ldbench.ContactTable.force.
-
-The core's step is explicit, of fourth order, and cut into 2, 4, ... where it changes the total energy by more than a
-tolerance. That change goes with the fifth power of the step, so a setting with half the step has a 32nd of the
-tolerance. A step that a contact touches in, where F begins as the 3/2 power of the penetration, makes an error of order
-2.5 only, and so much smaller as the tolerance where that cuts it. From one setting to the next errors e go down 2^2.5 =
-5.7 times at least. Step error of the shipped setting s between the coarser c and the finer f: the larger of |s - f|/(1
-- 1/5.7) and |c - s|/(5.7 - 1), so that it is not small by chance in one of them.
-
-Bar of the deviation: step error and what DOP853 changes between its settings, an upper bound of its error with the
-second: kinks of the force make errors of order 2.5 of the step, so the first misses 5.7 times as much. Event
-times: the motion's bar over the speed of what happens, and what the rule of the core that finds times within a step
-misses on DOP853's motion: contacts touch where the penetration, from its size and rate at the end of the step, was
-zero, whatever the load of the tread does in the step; passages of the centre are interpolated linearly. Peaks: the
-motion's bar times the derivatives of the force, and what a parabola through three values of DOP853's force misses. In
-all of them with the longest step that the core may have taken there, which is found by halving the step until the core
-does not cut it.
-
-In exercises 2 to 4 steps hardly matter: what is left of the deviation is mostly DOP853's, which shrinks with its
-tolerance, and both come near to what round-off grows to by the impacts.
-
-Exercise 5 loses its memory once the wheelset rattles on the flange. It is compared until the bar reaches 10 µm. Each
-finer setting agrees for longer, by about the time in which the distance grows as many times as the error has become
-smaller: another 0.1 s for a factor of ten."""
-
 
 @dataclass
 class Reference:
@@ -192,11 +183,6 @@ def refined(case: Case, factor: float) -> Case:
                         energy_tolerance=factor**5*case.energy_tolerance)
 
 
-def step_error(coarser: np.ndarray, ours: np.ndarray, finer: np.ndarray) -> np.ndarray:
-    """Error of ours by its distance to the settings with twice and half the step."""
-    return np.maximum(np.abs(coarser - ours)/(LEAST - 1), np.abs(ours - finer)/(1 - 1/LEAST))
-
-
 @dataclass
 class Trajectories:
     """A case by the core with the settings of LADDER and by DOP853 with two settings, at common output times."""
@@ -208,35 +194,19 @@ class Trajectories:
     core: list[np.ndarray]      # (row, coordinate) per setting
     dop: list[np.ndarray]       # per setting
 
-    def step_error(self) -> np.ndarray:
-        """The error of the core with the shipped setting, the largest so far."""
-        k = SHIPPED
-        return np.maximum.accumulate(step_error(*self.core[k - 1:k + 2]))
-
-    def tolerance_error(self) -> np.ndarray:
-        """The error of DOP853, the largest so far."""
-        return np.maximum.accumulate(np.abs(self.dop[0] - self.dop[1]))
-
-    def bar(self) -> np.ndarray:
-        return self.step_error() + self.tolerance_error()
+    def __post_init__(self) -> None:
+        coarser, ours, finer = self.core[SHIPPED - 1:SHIPPED + 2]
+        steps = np.maximum(np.abs(coarser - ours)/(LEAST - 1), np.abs(ours - finer)/(1 - 1/LEAST))
+        self.step_error = np.maximum.accumulate(steps)          # of the core with the shipped setting, the largest so far
+        self.tolerance_error = np.maximum.accumulate(np.abs(self.dop[0] - self.dop[1]))     # of DOP853
+        self.bar = self.step_error + self.tolerance_error
+        self.deviation = np.abs(ours - self.dop[1])
+        beyond = (self.bar > MEANINGFUL).any(axis=1)
+        self.rows = int(beyond.argmax()) if beyond.any() else len(self.t)       # up to which the comparison means something
+        self.last = self.t[self.rows - 1] if beyond.any() else self.end         # time up to which it does [s]
 
     def bar_at(self, t: float) -> np.ndarray:
-        return self.bar()[min(np.searchsorted(self.t, t), len(self.t) - 1)]
-
-    def deviation(self, k: int) -> np.ndarray:
-        """The deviation of the core with setting k from DOP853."""
-        return np.abs(self.core[k] - self.dop[1])
-
-    @property
-    def rows(self) -> int:
-        """Up to which the comparison means something."""
-        beyond = (self.bar() > MEANINGFUL).any(axis=1)
-        return int(beyond.argmax()) if beyond.any() else len(self.t)
-
-    @property
-    def last(self) -> float:
-        """Time up to which it does [s]."""
-        return self.t[self.rows - 1] if self.rows < len(self.t) else self.end
+        return self.bar[min(np.searchsorted(self.t, t), len(self.t) - 1)]
 
 
 def common_rows(runs: list[Run], end: float) -> list[pd.DataFrame]:
@@ -246,15 +216,8 @@ def common_rows(runs: list[Run], end: float) -> list[pd.DataFrame]:
     return [run.data.iloc[::round(coarsest/run.case.interval)].iloc[:count] for run in runs]
 
 
-def trajectories(case: Case, rows: list[pd.DataFrame], references: list[Reference], end: float) -> Trajectories:
-    t = rows[0]["time"].to_numpy()
-    t = t[t <= end*(1 + 1e-12)]
-    core = [r[[c for c, _ in COORDINATES]].to_numpy()[:len(t)] for r in rows]
-    return Trajectories(case.case_name, case.dt, t, end, core, [r.state(t)[:, :3] for r in references])
-
-
 def motion_checks(found: Trajectories) -> list[Check]:
-    n, deviation, bar = found.rows, found.deviation(SHIPPED), found.bar()
+    n, deviation, bar = found.rows, found.deviation, found.bar
     until = f" to {found.t[n - 1]:.3f} s" if n < len(found.t) else ""
     return [limit(f"{found.name} largest deviation of {c}{until} [{unit}]", deviation[:n, i].max(),
                   "DOP853, bar step error + its settings", bar[n - 1, i]) for i, (c, unit) in enumerate(COORDINATES)]
@@ -307,14 +270,14 @@ def peak_checks(found: Trajectories, run: Run, reference: Reference) -> list[Che
 
 def deviation_row(found: Trajectories) -> list[str]:
     """Largest and last deviation of each coordinate, at the shipped step."""
-    n, deviation = found.rows, found.deviation(SHIPPED)
+    n, deviation = found.rows, found.deviation
     cells = [f"{x:.1e}" for i in range(3) for x in (deviation[:n, i].max(), deviation[n - 1, i])]
     return [found.name, f"{1e6*found.dt:g}", f"{found.t[n - 1]:.4f}", *cells,
-            f"{found.step_error()[n - 1].max():.1e}", f"{found.tolerance_error()[n - 1].max():.1e}"]
+            f"{found.step_error[n - 1].max():.1e}", f"{found.tolerance_error[n - 1].max():.1e}"]
 
 
 def section(short: bool = False) -> Section:
-    out = Section("Independent integration", TEXT)
+    out = Section("Independent integration", __doc__)
     tables: dict[str, ContactTable] = {}
     found: list[Trajectories] = []
     for exercise, pair in SHORT if short else CASES:
@@ -327,7 +290,10 @@ def section(short: bool = False) -> Section:
         end = min(shipped.results["t"], RAMP_END) if exercise == 5 else shipped.results["t"]
         references = [integrate(case, table, end, *setting) for setting in SETTINGS]
         rows = common_rows(runs, min(run.results["t"] for run in runs))
-        motion = trajectories(case, rows, references, end)
+        t = rows[0]["time"].to_numpy()
+        t = t[t <= end*(1 + 1e-12)]
+        motion = Trajectories(case.case_name, case.dt, t, end, [r[[c for c, _ in COORDINATES]].to_numpy()[:len(t)] for r in rows],
+                              [r.state(t)[:, :3] for r in references])
         out.checks += motion_checks(motion) + event_checks(motion, shipped, references)
         if exercise < 5:        # the run's peaks lie in the time compared
             out.checks += peak_checks(motion, shipped, references[-1])

@@ -1,19 +1,21 @@
-"""Small oscillations of the wheelset at rest: bounce, roll and the lateral pendulum.
+"""The three eigenfrequencies of the wheelset at rest, found in six ways: by the core; by SciPy from the tangent stiffness;
+from differences of the forces; from the zero crossings of runs that start in a mode with 0.2 micrometres; from the closed
+form of two lines (the treads) on two circles (the rail heads) with Hertz's force; and, for the lateral mode, from that of
+the rigid wheelset, a pendulum. All with strips, which are Hertz's law there; the half-space table, whose lateral stiffness
+of 12 N/mm is what is left of 1e6 N/mm, against the closed form.
 
-The centred wheelset stands with two lines (the treads, at the angle g) on two circles (the rail heads, radius rho). In
-the wheelset's frame the penetration of the left head, its centre being p = (p_y, p_z) from the axle centre, is
-
-    delta = d0 - p_y sin(g + roll) + p_z cos(g + roll),
-
-exactly and at any displacement. With Hertz's force N(delta) the tangent stiffness of a wheel is
-
-    N' grad(delta) grad(delta)^T + N hess(delta):
-
-the contact springs and the geometric (gravity) stiffness. For N' to infinity the lateral mode becomes the
-pendulum of the rigid wheelset, omega^2 = W (4R - d)/(M (2R - d)^2 + I_x); the gap closes as N/N' does, with
-the approach.
+The centred wheelset stands with two lines, at the angle g, on two circles of radius rho. In the wheelset's frame the
+penetration of the left head, its centre being p = (p_y, p_z) from the axle centre, is delta = d0 - p_y sin(g + roll) + p_z
+cos(g + roll), exactly and at any displacement. With Hertz's force N(delta) the tangent stiffness of a wheel is N' grad(delta)
+grad(delta)^T + N hess(delta): the contact springs and the geometric (gravity) stiffness. For N' to infinity the lateral mode
+(0.44 Hz) becomes the pendulum, omega^2 = W (4R - d)/(M (2R - d)^2 + I_x); the gap, 0.09 % with steel as it is, closes as N/N'
+does, with the approach, which goes with scale^(-2/3). It takes the nine decimals of the shipped points to see that: with six
+the curvature under a patch is uncertain by up to 1e-3 1/m. Bounce (208 Hz) and roll (239 Hz) are oscillations on the two
+contact springs.
 """
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import eigh
@@ -21,17 +23,14 @@ from scipy.linalg import eigh
 import ldbench
 from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable
-from probes import MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum
+from probes import E_STAR, MASS, ROLL_INERTIA, ROLLING_RADIUS, TAPER, WEIGHT, Pendulum
 from quasistatic import PAIRS
 from round_profiles import hertz
 from sheets import Table
 
 MODES = "lateral", "bounce", "roll"         # in the order of their frequencies
 M = np.diag([MASS, MASS, ROLL_INERTIA])
-YOUNG, POISSON = 2.1e11, 0.28
-E_STAR = YOUNG/(2*(1 - POISSON**2))
 SCALES = 1, 3, 10, 30, 100, 300             # of the elastic modulus
-SHORT_SCALES = 1, 30
 
 
 def closed_form(pendulum: Pendulum, scale: float) -> tuple[np.ndarray, float]:
@@ -80,13 +79,10 @@ def free_oscillation(table: ContactTable, mode: np.ndarray, frequency: float, pe
     return (len(crossing) - 1)/(crossing[-1] - crossing[0])
 
 
-SHORT_TABLE = {"n_lateral": 60, "n_roll": 13, "n_depth": 13}
-
-
-def stiff_table(case: Case, scale: float, short: bool) -> ContactTable:
+def stiff_table(case: Case, scale: float) -> ContactTable:
     """A small table about the position at rest; its depth goes with the approach."""
-    return ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), lateral=0.02, table_roll=0.01,
-                                     **SHORT_TABLE if short else {"n_lateral": 160, "n_roll": 33, "n_depth": 21}, table_file=""))
+    return ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), lateral=0.02, table_roll=0.01, n_lateral=160,
+                                     n_roll=33, n_depth=21, table_file=""))
 
 
 # Hardening: a Hertz spring at approach d has its frequency lowered by (A/d)^2/24 by an amplitude A: 1.7e-7 at 0.2 um.
@@ -101,8 +97,8 @@ EXACT_BARS = 3e-5, 4e-4, 4e-4           # the table's second derivatives in roll
 SLOPE_BARS = 0.02, 2e-3                 # 5e-7 of interpolation in a gap of 2e-5, over five powers of e
 
 
-def section(short: bool = False) -> Section:
-    checks, rows, sweeps = [], [], {}
+def section() -> Section:
+    checks, rows = [], []
     for pair in PAIRS:
         strips = {"contact_model": "strip", "table_file": f"outputs/{pair}_strip.table"}
         table, pendulum = ContactTable(Case.exercise(1, pair).replace(**strips)), Pendulum.of(pair)
@@ -113,8 +109,7 @@ def section(short: bool = False) -> Section:
         checks.append(relative(f"approach at rest [mm], {pair}", 1e3*(table.rigid_height - table.equilibrium),
                                1e3*approach, "Hertz on the crown", 1e-3))
         for i, name in enumerate(MODES):
-            periods = (2 if short else 4) if i == 0 else (10 if short else 50)
-            run = free_oscillation(table, shapes[:, i], f[i], periods)
+            run = free_oscillation(table, shapes[:, i], f[i], 4 if i == 0 else 50)
             rows.append((pair, name, *(f"{x:.6f}" for x in (table.frequencies[i], f[i], by_difference[i], run,
                                                            by_formula[i])),
                          f"{pendulum.omega/(2*np.pi):.6f}" if i == 0 else ""))
@@ -131,68 +126,28 @@ def section(short: bool = False) -> Section:
                    for i, (name, found) in enumerate(zip(
                        MODES, ContactTable(Case.exercise(1, pair)).frequencies, strict=True))]
         strip = Case.exercise(1, pair).replace(contact_model="strip")
-        sweeps[pair] = np.array([stiff_table(strip, scale, short).frequencies for scale in (SHORT_SCALES if short else SCALES)])
-        checks += sweep_checks(pair, pendulum, sweeps[pair])
-    return Section("Small oscillations at rest", TEXT, checks, [
+        checks += sweep_checks(pair, pendulum, np.array([stiff_table(strip, scale).frequencies for scale in SCALES]))
+    return Section("Small oscillations at rest", __doc__, checks, [
         Table("Frequencies [Hz]", ("pair", "mode", "core", "tangent, scipy", "differences of forces", "run",
-                                   "closed form, Hertz", "rigid pendulum"), rows), sweep_table(sweeps)])
-
-
-TEXT = """
-The three eigenfrequencies of the wheelset at rest, found in six ways: by the core; by scipy from the tangent
-stiffness; from differences of the forces; from the zero crossings of runs that start in a mode with 0.2 micrometres;
-from the closed form of two lines (the treads) on two circles (the rail heads) with Hertz's force; and, for the
-lateral mode, from the closed form of the rigid wheelset, which is a pendulum. All with strips, which are Hertz's law
-there; the half-space table, whose lateral stiffness of 12 N/mm is what is left of 1e6 N/mm, against the closed form.
-
-The lateral mode (0.44 Hz, period 2.2 s) is a swing on the geometry: gravity stiffness of 12 kN/m against the
-contacts' 1e9 N/m; the wheelset shifts and rolls as its treads demand. Bounce (208 Hz) and roll (239 Hz) are
-oscillations on the two contact springs.
-
-The elastic wheelset is softer than the rigid one, by 0.09 % in the lateral frequency. The gap must close as the
-contacts are made stiffer, with the approach, which goes with scale^(-2/3). It does, and it agrees at every scale with
-the closed form. That takes the nine decimals of the shipped points: with six of them the curvature under a patch of a
-few millimetres is uncertain by up to 1e-3 1/m, and the lateral frequency at 100 times the stiffness is wrong by up to
-0.5 %.
-"""
+                                   "closed form, Hertz", "rigid pendulum"), rows)])
 
 
 def sweep_checks(pair: str, pendulum: Pendulum, found: np.ndarray) -> list[Check]:
-    scales = scales_of(found)
     rigid = pendulum.omega/(2*np.pi)
-    formula = np.array([frequencies(closed_form(pendulum, s)[0])[0] for s in scales])
+    formula = np.array([frequencies(closed_form(pendulum, s)[0])[0] for s in SCALES])
     gap = 1 - found[:, 0]/rigid
-    checks = [limit(f"{name} frequency against the closed form, stiffness times {min(scales)} to {max(scales)}, "
+    checks = [limit(f"{name} frequency against the closed form, stiffness times {float(min(SCALES))} to {float(max(SCALES))}, "
                     f"largest deviation, {pair}", np.abs(found[:, i]/formula[:, i] - 1).max(),
                     "Hertz springs on lines and circles", EXACT_BARS[i])
               for i, name in enumerate(MODES)]
     return [*checks,
             absolute(f"gap of the lateral frequency to the rigid pendulum: power of the stiffness, {pair}",
-                     slope(scales, gap), -2/3, "gap goes with the approach", SLOPE_BARS[0]),
-            absolute(f"bounce frequency: power of the stiffness, {pair}", slope(scales, found[:, 1]), 1/3,
+                     slope(SCALES, gap), -2/3, "gap goes with the approach", SLOPE_BARS[0]),
+            absolute(f"bounce frequency: power of the stiffness, {pair}", slope(SCALES, found[:, 1]), 1/3,
                      "Hertz: stiffness at a given load with scale^(2/3)", SLOPE_BARS[1])]
 
 
-def scales_of(found: np.ndarray) -> np.ndarray:
-    return np.array(SCALES if len(found) == len(SCALES) else SHORT_SCALES, float)
-
-
-def slope(x: np.ndarray, y: np.ndarray) -> float:
+def slope(x: Sequence[float], y: np.ndarray) -> float:
     """Power of x in y."""
     return float(np.polyfit(np.log(x), np.log(np.abs(y)), 1)[0])
 
-
-def sweep_table(sweeps: dict[str, np.ndarray]) -> Table:
-    rows = []
-    for pair, found in sweeps.items():
-        pendulum = Pendulum.of(pair)
-        rigid = pendulum.omega/(2*np.pi)
-        for scale, ours in zip(scales_of(found), found, strict=True):
-            K, approach = closed_form(pendulum, scale)
-            formula = frequencies(K)[0]
-            rows.append((pair, f"{scale:g}", f"{1e6*approach:.3f}", f"{1 - ours[0]/rigid:.3e}",
-                         f"{1 - formula[0]/rigid:.3e}",
-                         *(f"{a/b - 1:.1e}" for a, b in zip(ours, formula, strict=True))))
-    return Table("Towards the rigid wheelset", (
-        "pair", "stiffness times", "approach [um]", "gap of the lateral frequency", "the same, closed form",
-        "lateral to closed form", "bounce to closed form", "roll to closed form"), rows)

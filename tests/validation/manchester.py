@@ -1,23 +1,32 @@
-"""Half-space solutions against those of CONTACT in the Manchester contact benchmark: S1002 on UIC60.
+"""Half-space solutions against those of CONTACT in the Manchester contact benchmark A-2.2: S1002 on UIC60.
 
-CONTACT's wheelset is yawed. A yawed wheel shows a straight rail its silhouette: the profile that all its circles make, seen
-along the rail. A circle of radius r at y, where the profile has the slope t, touches the silhouette at the angle theta with
-sin(theta) = t tan(yaw), so that y' = y cos(yaw) + r t tan(yaw) sin(yaw) and r' = r cos(theta). The rail's direction makes the
-angle yaw/cos(a) with the circles where the contact angle is a: there the wheel curves by cos(a)/r + k (yaw/cos(a))², with the
-curvature k of its profile. It gets the radius that has this curvature. That the axes of the patch turn is left out.
+The shipped S1002 and 60E1 are those of the standards: on the corner of the rail they lie up to 0.04 mm from the benchmark's.
+The wheel is pressed to CONTACT's normal force. CONTACT's wheelset is yawed, and a yawed wheel shows a straight rail its
+silhouette: the profile that all its circles make, seen along the rail. A circle of radius r at y, where the profile has the
+slope t, touches the silhouette at the angle theta with sin(theta) = t tan(yaw), so that y' = y cos(yaw) + r t tan(yaw)
+sin(yaw) and r' = r cos(theta). The rail's direction makes the angle yaw/cos(a) with the circles where the contact angle is a:
+there the wheel curves by cos(a)/r + k (yaw/cos(a))², with the curvature k of its profile. It gets the radius that has this
+curvature. That the axes of the patch turn is left out.
 
 CONTACT's elastic energy is that of pressure and friction. Where all elements slide in nearly one direction, the traction is
 0.3 times the pressure, and its energy follows from the pressure (V. Cerruti; K. L. Johnson, Contact Mechanics, 3.6).
+
+CONTACT's area is a number of elements of 0.2 mm, of which an edge cuts some; on the flange the patch is 3.5 elements wide, so
+that the largest pressure errs by percents there. These poses stand in the table alone: on the root of the flange (right wheel,
+y 5 to 6 mm) CONTACT presses a plane, we the developed surface; at 5 mm tread and flange both carry, which CONTACT takes for
+one patch. The place is the centre of pressure against CONTACT's reference point, which is weighted otherwise: where two parts
+of a patch share the load (y = 0 to 1 mm), they differ by up to 0.4 mm.
 """
 from __future__ import annotations
 
-import csv
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from checks import Check, Section, limit
 from ldbench import Case
@@ -45,24 +54,7 @@ FLANGE_BARS = {"approach": 1e-2, "energy": 5e-3, "largest pressure": 4e-2, "area
 PLACE = 0.1                             # of the centre of pressure against CONTACT's reference point [mm]
 
 
-@dataclass(frozen=True)
-class Pose:
-    """A pose of CONTACT and what it found."""
-
-    wheel: str
-    y_mm: float
-    z_mm: float
-    roll_rad: float
-    yaw_rad: float
-    normal_N: float
-    longitudinal_N: float
-    lateral_N: float
-    energy_J: float
-    approach_mm: float
-    largest_MPa: float
-    elements: float
-    adhering: float
-    contact_y_mm: float
+Pose = Any                              # a row of CONTACT's answers, with the columns of manchester.csv
 
 
 @dataclass(frozen=True)
@@ -90,9 +82,7 @@ class Found:
 
 
 def poses() -> list[Pose]:
-    with Path(__file__).with_suffix(".csv").open(newline="") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return [Pose(row.pop("wheel"), **{name: float(word) for name, word in row.items()}) for row in rows]
+    return list(pd.read_csv(Path(__file__).with_suffix(".csv"), comment="#").itertuples(index=False))
 
 
 def silhouette(points: np.ndarray, yaw: float) -> np.ndarray:
@@ -201,18 +191,7 @@ def section(short: bool = False) -> Section:
              f"{f.pose.elements:.0f}", *map(percent, f.deviations().values()), f"{1e3*f.place():+.0f}"] for f in found]
     table = Table("Deviation from CONTACT in percent, for the same normal force",
                   ["wheel", "y [mm]", "N [N]", "approach [um]", "largest [MPa]", "elements", *QUANTITIES, "place [um]"], rows)
-    return Section(
-        "Half-space solutions against CONTACT",
-        "The Manchester contact benchmark A-2.2 as the program CONTACT solves it, against our solution with the shipped S1002 and "
-        "60E1, which are those of the standards: on the corner of the rail they lie up to 0.04 mm from the benchmark's. The "
-        "wheel is pressed to CONTACT's normal force, and is given as its silhouette at CONTACT's yaw angle. CONTACT's elastic "
-        "energy holds that of friction: it is added to ours where all elements slide. Each pose has one patch in CONTACT. Its "
-        "area is a number of elements of 0.2 mm, of which an edge cuts some; on the flange the patch is 3.5 elements wide, so that "
-        "the largest pressure errs by percents there. On the root of the flange (right wheel, y 5 to 6 mm) the patch is bent: "
-        "CONTACT presses a plane, we the developed surface. At 5 mm tread and flange both carry, which CONTACT takes for one "
-        "patch and we press apart. These poses stand in the table alone. The place is the centre of pressure against CONTACT's "
-        "reference point, which is weighted otherwise: where two parts of a patch share the load (y = 0 to 1 mm), they differ by "
-        "up to 0.4 mm.", checks, [table])
+    return Section("Half-space solutions against CONTACT", __doc__, checks, [table])
 
 
 def percent(share: float) -> str:

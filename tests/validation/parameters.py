@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 import en15302
-import en15302_tables
 from checks import Check, Section, absolute, limit
 from ldbench.geometry.en15302 import AMPLITUDES, MISPRINTS, TABLES, window
 from ldbench.geometry.pair import Pair, pair
@@ -26,19 +25,16 @@ their own table: {misprints}. Wheel A at 6.2 mm: two zones of its formulas meet 
 14 mm nearly conforms to one of 13 mm, so the step moves the contact by 0.1 mm and the radius difference by 32 µm; on a wheel
 without the step the tables are met. Where the contact jumps exactly at a displacement of the table, either end of the jump counts.
 
-With roll the contacts move on the heads, and the conicity is larger: it is not what the windows are for. The nonlinearity
-parameter is the growth of the conicity from 2 mm to 4 mm. The rolling radii coefficient is the radius difference of the treads
-before a flange's zone takes over, over the one with which the wheelset takes a curve of 300 m by rolling alone. Contact angle and
-roll angle parameters are half the distance of the contacts times the growth over y, by harmonic linearisation, of half the
-difference of the tangents of the contact angles and of the roll angle. The definitions follow O. Polach, D. Nicklisch, Wear
-366-367 (2016) 200-208, and K. Knothe, S. Stichel, Rail Vehicle Dynamics (2017)."""
+With roll the contacts move on the heads, and the conicity is larger: it is not what the windows are for. The definitions follow
+O. Polach, D. Nicklisch, Wear 366-367 (2016) 200-208, and K. Knothe, S. Stichel, Rail Vehicle Dynamics (2017).
+"""
 
 
 def misprint_words() -> str:
     """All misprints in words."""
     words = []
-    for (name, y), meant in en15302_tables.MISPRINTS.items():
-        at, values = en15302_tables.table(name)
+    for (name, y), meant in en15302.MISPRINTS.items():
+        at, values = en15302.table(name)
         words.append(f"radius difference of {name} at {y:g} mm {values[np.argmin(np.abs(at - y))]:.3f} for {meant:.3f} mm")
     for (name, amplitude), meant in MISPRINTS.items():
         printed = TABLES[name][0, int(np.argmin(np.abs(AMPLITUDES - 1e-3*amplitude)))]/1e3
@@ -49,7 +45,7 @@ def misprint_words() -> str:
 def combination_checks(name: str, paths: dict[str, str], found: Pair) -> tuple[list[Check], list[str]]:
     """Checks of a combination and its row of the table of results."""
     y, off = en15302.deviations(name, paths)
-    step = np.array([(name, at) in en15302_tables.AT_A_STEP for at in y.tolist()])
+    step = np.array([(name, at) in en15302.AT_A_STEP for at in y.tolist()])
     checks = [
         limit(f"{name}: radius difference level, largest deviation [um]", off[~step].max(), "EN 15302, annex J", DELTA_R_BAR),
         limit(f"{name}: radius difference level, median deviation [um]", np.median(off), "EN 15302, annex J", MEDIAN_BAR)]
@@ -70,17 +66,9 @@ def combination_checks(name: str, paths: dict[str, str], found: Pair) -> tuple[l
     return checks, row
 
 
-def parameter_row(name: str, found: Pair) -> list[str]:
-    """The other parameters of a combination."""
-    both = found.level, found.rolled
-    return [name, *(f"{value:.3f}" for values in (
-        [g.nonlinearity/1e3 for g in both], [g.rolling_radii_coefficient() for g in both],
-        [g.parameter("angle") for g in both], [g.parameter("roll") for g in both]) for value in values)]
-
-
 def section() -> Section:
     checks: list[Check] = []
-    rows, parameters = [], []
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         paths = en15302.write(Path(folder))
         for name in TABLES:
@@ -88,11 +76,7 @@ def section() -> Section:
             more, row = combination_checks(name, paths, found)
             checks += more
             rows.append(row)
-            parameters.append(parameter_row(name, found))
     return Section("Contact parameters of EN 15302", TEXT.format(misprints=misprint_words()), checks, [
         Table(f"Radius differences, and conicities inside windows, of {AMPLITUDES.size}", (
             "wheels on rail A", "radius differences", "median deviation [um]", "largest [um]", "level: inside window", "extended",
-            "with roll: inside window", "extended", "conicity at 3 mm: level", "with roll", "EN 15302"), rows),
-        Table("Other parameters: level, with roll", (
-            "wheels on rail A", "nonlinearity [1/mm]", "with roll", "rolling radii coefficient, 300 m", "with roll",
-            "contact angle parameter at 3 mm", "with roll", "roll angle parameter at 3 mm", "with roll"), parameters)])
+            "with roll: inside window", "extended", "conicity at 3 mm: level", "with roll", "EN 15302"), rows)])

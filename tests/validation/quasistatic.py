@@ -1,22 +1,33 @@
-"""Quasi-static exercise 5: the equilibria under a lateral force that grows without end, stable or not.
+"""Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity, stable or
+not.
 
-Equilibria of the wheelset under the lateral force F at its centre of gravity are the points where
-force(q) + (F, -W, 0) = 0. They form a curve in (q, F), followed by pseudo-arclength continuation
-(Keller 1977; Seydel, Practical Bifurcation and Stability Analysis, 2010), which passes the limit point.
+They are the points where force(q) + (F, -W, 0) = 0, a curve in (q, F), followed from rest by pseudo-arclength continuation
+(Keller 1977; Seydel, Practical Bifurcation and Stability Analysis, 2010) through the limit point, where the load cannot grow
+any more, and on along the unstable branch.
 
-The rigid wheelset overturns when the right wheel carries nothing more: then gravity, the lateral force and the
-force of the left rail meet in one point, the centre of gravity, and F = W b/h with b and h the lateral
-and vertical distance of the left contact from it. Without friction the force of the rail is normal to both
-surfaces, so b/h = tan(contact angle): the wheelset stands on that point of its flange whose normal passes
-through the centre of gravity.
+The wheelset runs on its treads alone up to 0.13 kN (actual profiles) and 0.30 kN (simplified). Then the left flange takes the
+force. Its contact moves up the throat while the right wheel is relieved. The limit is reached when the right wheel carries
+nothing: weight, lateral force and the force of the left rail then meet in the centre of gravity, so F = W b/h with b and h the
+lateral and vertical distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so b/h
+= tan(contact angle): the wheelset stands on that point of its flange whose normal passes through its centre of gravity. (W b/h
+with 750 and 457 mm, the contact being on the crown, would be 295 kN; but no lateral force of that size is carried there.) It
+overturns; it does not climb, which it would if L/V, the tangent of the contact angle, exceeded tan g, g being the largest
+flange angle: Nadal's limit without friction.
+
+The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the stable
+and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at another one for
+every perturbation. Started at rest from the equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the
+limit itself.
 """
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, fsolve
 
 import ldbench
@@ -83,18 +94,18 @@ def direction(table: ContactTable, x: np.ndarray, before: np.ndarray) -> np.ndar
     return np.copysign(1.0, t @ before)*t
 
 
-def advance(table: ContactTable, x: np.ndarray, t: np.ndarray, step: float) -> tuple[np.ndarray, int]:
-    """The equilibrium at an arc length `step` from x, and the Newton iterations; 99 where they fail."""
+def advance(table: ContactTable, x: np.ndarray, t: np.ndarray, step: float) -> np.ndarray | None:
+    """The equilibrium at an arc length `step` from x by Newton's method; None where it fails."""
     y = x + step*t
-    for iteration in range(1, 11):
+    for _ in range(10):
         error = np.append(residual(table, y), t @ (y - x) - step)
         move = np.linalg.solve(np.vstack([jacobian(table, y), t]), error)
         y = y - move
         if np.abs(move).max() < 1e-13:
-            return y, iteration
+            return y
         if np.linalg.norm(y - x) > 2*abs(step):
-            break
-    return y, 99
+            return None
+    return None
 
 
 def follow(table: ContactTable, largest: float) -> Curve:
@@ -106,10 +117,9 @@ def follow(table: ContactTable, largest: float) -> Curve:
     t = direction(table, x, t)
     xs, ts, step = [x], [t], 1e-5
     while x[0] < LAST_Y:
-        new, iterations = advance(table, x, t, step)
-        turn = direction(table, new, t) if iterations < 99 else -t
+        new = advance(table, x, t, step)
         # The path turns sharply where a wheel takes or loses its load.
-        if turn @ t < 0.98:
+        if new is None or (turn := direction(table, new, t)) @ t < 0.98:
             step /= 2
             if step < 1e-9:
                 raise ArithmeticError(f"no continuation beyond y = {x[0]} m, F = {x[3]*table.weight/LENGTH} N")
@@ -120,21 +130,18 @@ def follow(table: ContactTable, largest: float) -> Curve:
         step = min(largest if t[3] > 0 else 10*largest, 1.5*step)
     xs, ts = np.array(xs), np.array(ts)
     k = int(np.argmax(ts[:, 3] < 0)) - 1
-    share = brentq(lambda s: direction(table, advance(table, xs[k], ts[k], s)[0], ts[k])[3],
+    share = brentq(lambda s: direction(table, advance(table, xs[k], ts[k], s), ts[k])[3],
                    1e-3*(s := ts[k] @ (xs[k + 1] - xs[k])), s, xtol=1e-16)
-    return Curve(table, xs, ts, k, advance(table, xs[k], ts[k], share)[0])
+    return Curve(table, xs, ts, k, advance(table, xs[k], ts[k], share))
 
 
 def work(curve: Curve, rows: slice) -> float:
-    """Integral of F dY by the trapezoidal rule with end corrections [J]."""
-    y, F = curve.x[rows, 0], curve.F[rows]
+    """Integral of F dY [J]."""
     slope = curve.tangent[rows, 3]/curve.tangent[rows, 0]*curve.table.weight/LENGTH
-    h = np.diff(y)
-    return float(np.sum(h*(F[1:] + F[:-1])/2 - h**2*np.diff(slope)/12))
+    return float(CubicHermiteSpline(curve.x[rows, 0], curve.F[rows], slope).integrate(*curve.x[rows, 0][[0, -1]]))
 
 
-@dataclass
-class Overturning:
+class Overturning(NamedTuple):
     """The rigid wheelset about to overturn about its left flange."""
 
     F: float            # lateral force [N]
@@ -195,15 +202,12 @@ def fall(case: Case, curve: Curve) -> Fall:
 
 def last_load(columns: pd.DataFrame) -> float:
     """Lateral force when the right wheel carried for the last time [N]."""
-    carried = np.flatnonzero((columns.N_RT + columns.N_RF).to_numpy() > 0)
-    return columns.F_ext.iloc[carried[-1]]
+    return columns.F_ext[(columns.N_RT + columns.N_RF) > 0].iloc[-1]
 
 
 def barrier(curve: Curve, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lateral displacement of the unstable equilibrium under F, and the potential of the stable and the unstable one.
-
-    The potential is that of contact, weight and lateral force [J].
-    """
+    """Lateral displacement of the unstable equilibrium under F, and the potential of contact, weight and lateral force of the
+    stable and the unstable one [J]."""
     k, V = curve.last_stable + 1, curve.potential()
     stable = np.interp(F, curve.F[:k], (V - curve.F*curve.x[:, 0])[:k])
     order = slice(None, k - 1, -1)      # from the far end of the unstable branch up to the limit
@@ -214,11 +218,10 @@ def barrier(curve: Curve, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
 
 def equilibrium(curve: Curve, F: float) -> np.ndarray:
     """q of the stable equilibrium under F."""
-    k = curve.last_stable + 1
-    x = np.array([np.interp(F, curve.F[:k], column) for column in curve.x[:k].T])
-    for _ in range(10):
-        x[:3] += np.linalg.solve(stiffness(curve.table, x)/curve.table.weight, residual(curve.table, x))
-    return x[:3]*SCALE
+    k, load = curve.last_stable + 1, F/curve.table.weight*LENGTH
+    x = [np.interp(F, curve.F[:k], column) for column in curve.x[:k, :3].T]
+    return fsolve(lambda q: residual(curve.table, np.append(q, load)), x, xtol=1e-13,
+                  fprime=lambda q: -stiffness(curve.table, q)/curve.table.weight)*SCALE
 
 
 # A contact that closes or opens within a step h makes an error of C_H h^2.5 in the work: 2e-4 J of 50 J at h = 20 um.
@@ -231,18 +234,18 @@ LAG_BAR = 1e-3
 
 
 def section(short: bool = False) -> Section:
+    """short: without the runs that bounce."""
     checks, curves, falls, rigid = [], {}, {}, {}
     for pair in PAIRS:
         table = ContactTable(Case.exercise(5, pair))
         curve = curves[pair] = follow(table, STEP)
         rigid[pair] = overturning(pair, table.weight)
-        checks += equilibrium_checks(pair, curve, rigid[pair])
-        checks.append(quiet_check(pair, curve))
+        checks += [*equilibrium_checks(pair, curve, rigid[pair]), quiet_check(pair, curve)]
         if not short:
             falls[pair] = [fall(table.case.replace(vY=v), curve) for v in PERTURBATIONS]
             checks += fall_checks(pair, curve, falls[pair])
-    tables = [limit_table(curves, rigid), *([fall_table(curves, falls)] if falls else [])]
-    return Section("Quasi-static exercise 5: how the wheelset derails", TEXT, checks, tables)
+    return Section("Quasi-static exercise 5: how the wheelset derails", __doc__, checks,
+                   [limit_table(curves, rigid), fall_table(curves, falls)])
 
 
 PERTURBATIONS = 0.0, 1e-6, 2e-6     # lateral velocity at the start [m/s]; 0 is the shipped case
@@ -281,12 +284,11 @@ def equilibrium_checks(pair: str, curve: Curve, rigid: Overturning) -> list[Chec
 
 def quiet_check(pair: str, curve: Curve) -> Check:
     """The load ramp of exercise 5 from rest at 98 % of the limit load."""
-    F = 0.98*curve.F_limit
-    y, z, roll = equilibrium(curve, F)
-    case = curve.table.case.replace(Y=y, Z=z - curve.table.equilibrium, initial_roll=roll, lateral_force=F)
+    y, z, roll = equilibrium(curve, 0.98*curve.F_limit)
+    case = curve.table.case.replace(Y=y, Z=z - curve.table.equilibrium, initial_roll=roll, lateral_force=0.98*curve.F_limit)
     return relative(f"run from rest at 98 % of the limit: right wheel carries up to F [kN], {pair}",
-                    KN*last_load(ldbench.run(case, table=curve.table).data), KN*curve.F_limit,
-                    "limit load; lag of the ramp", LAG_BAR)
+                    KN*last_load(ldbench.run(case, table=curve.table).data), KN*curve.F_limit, "limit load; lag of the ramp",
+                    LAG_BAR)
 
 
 def fall_checks(pair: str, curve: Curve, falls: list[Fall]) -> list[Check]:
@@ -298,32 +300,6 @@ def fall_checks(pair: str, curve: Curve, falls: list[Fall]) -> list[Check]:
         limit(f"exercise 5, {len(falls)} runs: energy that is missing for the barrier, over the barrier, {pair}",
               max((1 - f.surplus/f.needed for f in falls if f.F_over < curve.F_limit and f.surplus < f.needed),
                   default=0.0), "the saddle is the lowest way out", 1e-2)]
-
-
-TEXT = """
-Exercise 5 without its impacts: the equilibria of the wheelset under a lateral force F at its centre of gravity,
-followed from rest through the limit point, where the load cannot grow any more, and on along the unstable branch.
-
-The wheelset runs on its treads alone up to 0.13 kN (actual profiles) and 0.30 kN (simplified): without friction a 1:40 cone
-resists with no more than the gravity stiffness of 12 N/mm. Then the left flange takes the force. Its contact moves up the
-throat while the right wheel is relieved. The limit is reached when the right wheel carries nothing: weight, lateral force
-and the force of the left rail then meet in the centre of gravity, so F = W b/h with b and h the lateral and vertical
-distance of the left contact from it. Without friction the rail's force is normal to the surfaces, so b/h = tan(contact
-angle): the wheelset stands on that point of its flange whose normal passes through its centre of gravity. The table has the
-numbers, for rigid bodies too. (W b/h with 750 and 457 mm, the contact being on the crown, would be 295 kN; but no lateral
-force of that size is carried there.)
-
-The wheelset overturns; it does not climb. Nadal's limit, (tan g - mu)/(1 + mu tan g) for the largest flange angle g,
-becomes tan g without friction. On the flange alone L/V is the tangent of the contact angle. The flange would climb if L/V
-exceeded tan g; the force at the height h above the contact overturns the wheelset first, because b/h is less than tan g. On
-the unstable branch the wheelset rolls about the left rail with the right wheel in the air; sooner or later the left tread
-carries again, the flange contact moves on towards the face, and F falls steadily.
-
-The shipped runs bounce on the left flange. They fall when the energy of the bouncing exceeds the barrier between the
-stable and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at
-another one for every perturbation. The derailment that they report comes some tenths of a second later, when the
-wheelset has turned far enough for a flange to pass the highest point of its rail. Started at rest from the
-equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the limit itself."""
 
 
 def limit_table(curves: dict[str, Curve], rigid: dict[str, Overturning]) -> Table:

@@ -1,4 +1,25 @@
-"""How the ten answers move with what the benchmark call leaves open, and how fast neighbouring motions part."""
+"""How the ten answers move with what the benchmark call leaves open, and how fast neighbouring motions part.
+
+Each variant changes one thing of the shipped cases: the crown radius of the rail (actual 8, 10, 14 in; simplified 250, 300,
+350 mm) and the throat radii of the flange (10 % either way), in both cases with the throat moved so that the published
+clearance is kept; smoothing of the profile points; Z = 0 where the unloaded instead of the loaded wheelset stands; the contact
+model; the step and the integrator; and, as a measure of chance, a start 1 nm aside. Finer step: half the step and a 32nd of
+the energy tolerance. Newmark: average acceleration (beta = 1/4), order 2; energy: the same with a discrete gradient. Both have
+steps of 2 µs, in exercise 5 50 µs, that are not cut. A change that is no larger than what 1 nm at the start does says nothing
+about the model.
+
+Divergence: the distance of two motions is the root of the sum of squares of their differences in Y, Z and roll times the
+radius of gyration, and of the rates of these over the vertical eigenfrequency. Rate and factor are of the geometric mean of
+four twins, started 1 nm aside (Y) and 1 nrad turned (roll), either way.
+
+Twins on either side must part alike while the motion is linear in the distance: the sum of their two differences from the
+motion between them, over the smaller one, has two bars. The force goes with the 3/2 power of the penetration p, so a distance
+d makes a second-order part of d/(4 p) in each impact, and in each period of the vertical oscillation, since the frequency
+depends on the amplitude; d is the largest distance so far and p the approach at rest. Rounding and cuts of steps part motions
+as well: four probes that start 1e-15 m or rad apart show how far. The sum has six times the variance of one motion's error,
+the distance of a probe twice; four times the largest of the four covers that. Twins are compared until one is a thousandth of
+the approach away.
+"""
 from __future__ import annotations
 
 import tempfile
@@ -27,33 +48,6 @@ PROBE = 1e-15               # distance at which probes start: rounding and cuts 
 LINEAR = 1e-3               # twins are compared up to this distance, of the wheelset's approach at rest
 TWIN_RAMP_END = 0.6         # of exercise 5 for the twins; they have parted soon after [s]
 TWIN_FACTORS = 0.5, 0.125   # of the step for twins, exercises 1 to 4 and 5: the growth is that of a finer motion
-
-TEXT = """The benchmark call does not fix everything that the answers depend on. Each variant here changes one thing of
-the shipped cases: the crown radius of the rail (actual 8, 10, 14 in; simplified 250, 300, 350 mm) and the throat radii
-of the flange (10 % either way), in both cases with the throat moved so that the published clearance is kept; smoothing
-of the profile points; Z = 0 where the unloaded instead of the loaded wheelset stands; the contact model; the step and
-the integrator; and, as a measure of chance, a start 1 nm aside. Finer step: half the step and a 32nd of the energy
-tolerance. Newmark: average acceleration (beta = 1/4), order 2; energy: the same with a discrete gradient, which keeps
-the energy at any step. Both have steps of 2 µs, in exercise 5 50 µs, that are not cut.
-
-A change that is no larger than what 1 nm at the start does says nothing about the model: there the answer of a single
-run is a sample, and codes can be compared by the spread of several runs only.
-
-Divergence: the distance of two motions is the root of the sum of squares of their differences in Y, Z and roll times
-the radius of gyration, and of the rates of these over the vertical eigenfrequency. Rate and factor are of the geometric
-mean of four twins, started 1 nm aside (Y) and 1 nrad turned (roll), either way. Their steps are, in exercises 1 to 4 a
-half, in 5 an eighth of the shipped ones.
-
-Twins on either side must part alike while the motion is linear in the distance: the sum of their two differences from
-the motion between them, over the smaller one, has two bars. The force goes with the 3/2 power of the penetration p, so
-a distance d makes a second-order part of d/(4 p) in each impact, and in each period of the vertical oscillation, since
-the frequency depends on the amplitude; d is the largest distance so far and p the approach at rest. Rounding parts
-motions as well, and so do steps that are cut for one and not for the other: four probes that start 1e-15 m or rad
-apart show how far. The sum has six times the variance of one motion's error, the distance of a probe twice; four times
-the largest of the four covers that. Twins are compared until one is a thousandth of the approach away. They start far
-enough apart: some 1e-12 m of rounding at the end are up to 3 % of twins that start 0.1 nm apart and do not part, and
-their growth is less certain than that."""
-
 
 def smoothed(folder: Path, pair: str) -> dict[str, Value]:
     """Write rail and wheel smoothed by 0.02 mm; the case's changes."""
@@ -152,12 +146,6 @@ class Answers:
     ending: str             # 'returns' or 'derails'
     drift: float            # of the energy, largest, over the kinetic energy at the start
 
-    def change(self, base: Answers, name: str) -> float:
-        """In s or N; an end of another kind is none."""
-        if name == "t_end" and self.ending != base.ending:
-            return np.nan
-        return self.numbers[name] - base.numbers[name]
-
 
 def answers(case: Case, table: ContactTable) -> Answers:
     """Run a case."""
@@ -204,20 +192,11 @@ class Divergence:
     uneven: float           # sum of the differences of twins on either side, over the smaller one, at that time
     bar: float
 
-    @property
-    def mean(self) -> np.ndarray:
-        return np.exp(np.log(self.growth).mean(axis=1))
-
-    @property
-    def fit(self) -> tuple[float, float]:
-        """Exponential rate [1/s] and log of the growth at t = 0, by least squares."""
-        rate, start = np.polyfit(self.t, np.log(self.mean), 1)
-        return float(rate), float(start)
-
     def row(self) -> list[str]:
-        G = self.mean[-1]
+        mean = np.exp(np.log(self.growth).mean(axis=1))
+        G, rate = mean[-1], np.polyfit(self.t, np.log(mean), 1)[0]          # the exponential rate by least squares [1/s]
         return [self.name, f"{self.t[-1]:.3f}", str(self.impacts), f"{G:.3g}",
-                f"{self.growth[-1].min():.3g} to {self.growth[-1].max():.3g}", f"{self.fit[0]:.1f}",
+                f"{self.growth[-1].min():.3g} to {self.growth[-1].max():.3g}", f"{rate:.1f}",
                 f"{G**(1/self.impacts):.2f}", f"{np.log(G)/self.t[-1]:.1f}"]
 
 
@@ -252,17 +231,12 @@ def divergence(exercise: int, pair: str, table: ContactTable) -> Divergence:
     return Divergence(case.case_name, t, twins/twins[0], impacts, t[row], sums[worst]/least[worst], bars[worst])
 
 
-def divergence_table(found: list[Divergence]) -> Table:
-    head = ("case", "to [s]", "impacts", "growth, mean of twins", "growth, range", "fitted rate [1/s]",
-            "factor per impact", "ln growth / time [1/s]")
-    return Table("Divergence of motions that start 1 nm or 1 nrad apart", head, [d.row() for d in found])
-
-
 def change_cell(name: str, value: Answers, base: Answers) -> str:
     """Times in ms, forces in kN, and both in %."""
     if name == "t_end" and value.ending != base.ending:
         return value.ending or "neither"
-    change, old = value.change(base, name), base.numbers[name]
+    old = base.numbers[name]
+    change = value.numbers[name] - old
     if np.isnan(change):
         return "" if np.isnan(old) and np.isnan(value.numbers[name]) else "only one"
     scale = 1e3 if name in TIMES else 1e-3
@@ -304,13 +278,6 @@ def clearance_bar(table: ContactTable) -> float:
     return 7e-9 if angle > table.case.flange_angle + 0.01 else 3e-7
 
 
-def clearance_checks(pair: str, tables: dict[str, ContactTable], found: list[Variant]) -> list[Check]:
-    return [absolute(f"{pair} clearance, {v.name} [m]", tables[v.name].clearance, PAIRS[pair],
-                     "benchmark call; bar the spline through the points, and the throat's last digit",
-                     clearance_bar(tables[v.name]))
-            for v in found if v.group in ("crown", "throat")]
-
-
 def energy_checks(study: Study, found: list[Variant]) -> list[Check]:
     """Largest drift of total energy over the kinetic energy at the start, exercises 1 to 4."""
     names = {MODELS[0]: "base"} | {m: f"model {m}" for m in MODELS[1:]} | {f"{MODELS[0]}, scheme energy": "Energy, order 2"}
@@ -335,7 +302,7 @@ def first_contact_checks(study: Study) -> list[Check]:
 def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
     """Let go where it just touches, a Hertz spring (force ~ depth^3/2) peaks at 5/2 times the weight."""
     checks = []
-    for model, name in {MODELS[0]: "base", **{m: f"model {m}" for m in MODELS[1:]}}.items():
+    for model, name in zip(MODELS, ("base", *(f"model {m}" for m in MODELS[1:])), strict=True):
         table = tables[name]
         case = table.case.replace(Z=table.rigid_height - table.equilibrium, vY=0, roll_rate=0, dt=1e-5, t_end=5e-3,
                                   stop_at="t_end")
@@ -346,28 +313,30 @@ def release_checks(pair: str, tables: dict[str, ContactTable]) -> list[Check]:
     return checks
 
 
-def divergence_checks(found: list[Divergence]) -> list[Check]:
-    """Twins on either side part alike while the motion is linear in the distance."""
-    return [limit(f"{d.name} twins on either side, to {d.compared:.3f} s: sum of their differences, over the smaller [1]",
-                  d.uneven, "linear divergence; bar (impacts + periods)/4 largest distance/approach + 4 probes/distance", d.bar)
-            for d in found]
-
-
 def section() -> Section:
-    out = Section("What the call leaves open", TEXT)
+    out = Section("What the call leaves open", __doc__)
     study: Study = {}
     parting: list[Divergence] = []
     tables: dict[str, dict[str, ContactTable]] = {}
     with tempfile.TemporaryDirectory() as scratch:
-        for pair in PAIRS:
+        for pair, clearance in PAIRS.items():
             found = variants(pair, Path(scratch))
             of_pair, tables[pair] = run_variants(pair, found)
             study |= of_pair
             parting += [divergence(exercise, pair, tables[pair]["base"]) for exercise in EXERCISES]
-            out.checks += profile_checks(pair, Path(scratch)) + clearance_checks(pair, tables[pair], found)
+            out.checks += profile_checks(pair, Path(scratch)) + [
+                absolute(f"{pair} clearance, {v.name} [m]", tables[pair][v.name].clearance, clearance,
+                         "benchmark call; bar the spline through the points, and the throat's last digit",
+                         clearance_bar(tables[pair][v.name])) for v in found if v.group in ("crown", "throat")]
             out.checks += release_checks(pair, tables[pair])
     study = dict(sorted(study.items()))
     parting.sort(key=lambda d: d.name)
-    out.checks += energy_checks(study, found) + first_contact_checks(study) + divergence_checks(parting)
-    out.tables = [divergence_table(parting), *(change_table(exercise, pair, of) for (exercise, pair), of in study.items())]
+    out.checks += energy_checks(study, found) + first_contact_checks(study) + [
+        limit(f"{d.name} twins on either side, to {d.compared:.3f} s: sum of their differences, over the smaller [1]",
+              d.uneven, "linear divergence; bar (impacts + periods)/4 largest distance/approach + 4 probes/distance", d.bar)
+        for d in parting]
+    out.tables = [Table("Divergence of motions that start 1 nm or 1 nrad apart", (
+        "case", "to [s]", "impacts", "growth, mean of twins", "growth, range", "fitted rate [1/s]", "factor per impact",
+        "ln growth / time [1/s]"), [d.row() for d in parting]),
+        *(change_table(exercise, pair, of) for (exercise, pair), of in study.items())]
     return out

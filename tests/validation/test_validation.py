@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from checks import SHORT
+from checks import TESTED
 from probes import table_file
 from running import PAIRS, Run
 
@@ -26,9 +26,9 @@ def workplace(shipped: dict[str, Run], strip_tables: dict[str, Path],
 
 
 @pytest.mark.filterwarnings("ignore::ldbench.Warning")
-@pytest.mark.parametrize("name", SHORT)
+@pytest.mark.parametrize("name", TESTED)
 def test_every_check_is_inside_its_bar(name: str, workplace: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(workplace)
-    section = importlib.import_module(name).section(short=True)
+    section = importlib.import_module(name).section(**TESTED[name])
     assert section.checks
     assert [check for check in section.checks if not check.inside or not np.isfinite([check.value, check.reference]).all()] == []
