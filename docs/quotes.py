@@ -178,7 +178,8 @@ def run_table() -> str:
             first = [values[f"first.{case}.{name}"] for name in ("t [ms]", "peak [kN]", "duration [ms]", "impulse [N s]")]
             end = f"{values[f't_return.{case} [ms]']:.1f} ms" if k < 5 else f"{values[f'F_derailment.{pair} [kN]']:.1f} kN"
             rows.append((f"`{case}`", start, *(f"{x:.{digits}f}" for x, digits in zip(first, (2, 1, 2, 0), strict=True)), end))
-    return table(("input", "start", "flange touches [ms]", "peak [kN]", "lasts [ms]", "impulse [N s]", "return, or derailment"), rows)
+    heads = "input", "start", "flange touches [ms]", "peak [kN]", "lasts [ms]", "impulse [N s]", "return, or derailment"
+    return table(heads, rows)
 
 
 TABLES = {
