@@ -8,7 +8,8 @@ import logging
 import os
 import shutil
 import signal
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -156,19 +157,26 @@ def known_hertz(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", fine_hertz)
 
 
+@contextmanager
+def kept_between(folder: Path, names: Iterable[str]) -> Iterator[None]:
+    """Tables that the block builds in a folder, unless earlier tests of the very same program have kept them."""
+    tables = [(folder/name, kept_tables()/name) for name in names]
+    for here, kept in tables:
+        if kept.exists():
+            shutil.copyfile(kept, here)
+    yield
+    for here, kept in tables:
+        keep(here, kept)
+
+
 @pytest.fixture(scope="session")
 def shipped(common: Path) -> dict[str, Run]:
     """The ten shipped inputs, each run once, by the executable, which also builds their tables unless these are kept."""
     folder = common/"shipped"
     with once(folder) as first:
         if first:
-            tables = [(folder/name, kept_tables()/name) for name in (f"{pair}_halfspace.table" for pair in PAIRS)]
-            for here, kept in tables:
-                if kept.exists():
-                    shutil.copyfile(kept, here)
-            for_all_cases(lambda case: run_shipped(case, folder))
-            for here, kept in tables:
-                keep(here, kept)
+            with kept_between(folder, [f"{pair}_halfspace.table" for pair in PAIRS]):
+                for_all_cases(lambda case: run_shipped(case, folder))
     return {case: read_shipped(case, folder) for case in CASES}
 
 
@@ -191,7 +199,7 @@ def world(common: Path) -> World:
     with once(folder) as first:
         if first:
             (folder / "outputs").mkdir()
-            with kept_tables([folder / "outputs" / name for name in TABLES]):
+            with kept_between(folder / "outputs", TABLES):
                 make_specimen(folder)
     return World(folder, *(Raw(folder / name) for name in ("outputs/ex2_aw.txt", "outputs/ex5_aw.txt", "faster/ex3_aw.txt")))
 

@@ -161,6 +161,19 @@ def test_a_second_cursor_and_the_difference(browser: Browser, report: Path, worl
     assert browser.run("return ldbench.mark === null && ldbench.charts.every(chart => chart.second.hidden)")
 
 
+def test_cursors_stay_at_their_times_on_paper(browser: Browser, report: Path):
+    """Paper is narrower than the window: it stretches a chart that is drawn already, and the cursor goes with it."""
+    browser.open(report)
+    share = """ldbench.go(0.3*ldbench.end);
+      const [chart] = ldbench.charts, left = chart.canvas.getBoundingClientRect().left;
+      return [(chart.cursor.getBoundingClientRect().left + 0.75 - left)/chart.canvas.clientWidth, chart.x(ldbench.t)/chart.w]"""
+    there, drawn = browser.run(share)
+    assert there == pytest.approx(drawn, abs=2e-3)
+    browser.run("document.querySelector('main').style.width = '700px'")
+    narrow, _ = browser.run(share.split(";", 1)[1])
+    assert narrow == pytest.approx(there, abs=2e-3)
+
+
 def test_runs_are_aligned_at_the_first_flange_contact(browser: Browser, two: Path, world: World):
     raws = world.thrown, world.faster
     first, other = (raw.start("LF") for raw in raws)
