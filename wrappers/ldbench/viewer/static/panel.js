@@ -125,20 +125,20 @@ class Panel extends Chart {
   }
 
   // A place across the chart in percent, because a printed page stretches the canvas to the width of the paper.
-  across(x) { return `${100 * x / this.w}%`; }
+  shareOf(x) { return `${100 * x / this.w}%`; }
 
   // Cursors, or where the runs are on their curves.
   placeCursor() {
     const {t, mark, window: [start, end]} = this.page;
     for (const [cursor, time] of [[this.cursor, t], [this.second, mark]]) {
       cursor.hidden = Boolean(this.over) || time === null || time < start || time > end;
-      if (!cursor.hidden) cursor.style.left = this.across(this.x(time));
+      if (!cursor.hidden) cursor.style.left = this.shareOf(this.x(time));
     }
     (this.curves ?? []).forEach((curve, k) => {
       const dot = this.dots.children[k], place = this.pointAt(curve, t);
       if (!dot) return;
       dot.hidden = !place;
-      if (place) Object.assign(dot.style, {left: this.across(place[0]), top: `${place[1]}px`});
+      if (place) Object.assign(dot.style, {left: this.shareOf(place[0]), top: `${place[1]}px`});
     });
   }
 
