@@ -87,6 +87,9 @@ def main() -> int:
     faults = {k: fault for k, fault in enumerate(read_faults(), 1) if not words or any(
         first <= k <= last for first, last in ranges) or any(
             word in f"{fault.file} {fault.old}" for word in words if not word[0].isdecimal())}
+    if not faults:
+        print(f"no fault has one of {words}")
+        return 2
     copy()
     begun, survivors = time.monotonic(), 0
     one = next(iter(faults.values()))

@@ -151,7 +151,7 @@ contains
       'coefficient of restitution of impacts with formulation = ''unilateral''')
     call all%add('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
     call all%add('contact', 'influence', c%influence, 'local flat apart', &
-      'how loads displace other places of a wheel (halfspace): along their own normals, as on a plane, not in other zones')
+      'where loads of a wheel act (halfspace): along their own normals (local), as on a plane (flat), in their own zone (apart)')
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
       'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
     call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')

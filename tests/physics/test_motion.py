@@ -22,7 +22,6 @@ SCHEMES = {"newmark": {"scheme": "newmark", "beta": 0.25}, "explicit": {"scheme"
            "energy": {"scheme": "energy", "beta": 0.25}}
 AT_REST = {"vY": 0.0, "roll_rate": 0.0}
 SLOW = {"vY": 0.1, "roll_rate": 0.00333}         # exercise 1
-FLANGING = {"vY": 0.5, "roll_rate": 0.01667}     # exercise 2
 POSE, RATES = ["Y", "Z", "roll"], ["vY", "vZ", "roll_rate"]
 
 
