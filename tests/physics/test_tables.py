@@ -14,7 +14,7 @@ from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
 from ldbench.table import Accuracy
 from probes import left_rail, left_wheel, probe, stated_error, table_file, tangent_angles, turned
-from running import HANG, LDBENCH, PAIRS, Run, columns, header, rows, run_case
+from running import HANG, LDBENCH, Run, columns, header, rows, run_case
 
 PLACES = "tread", "flange", "both", "going over"
 MODELS = "strip", "halfspace"
@@ -58,7 +58,7 @@ def drawn(pair: str, n: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("pair", ["aw", pytest.param("sw", marks=pytest.mark.slow)])
 def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dict[str, Run], strip_tables: dict[str, Path],
                                              tmp_path: Path):
     """800 poses in service, drawn here and evaluated directly on finer elements, have the stated rms errors
@@ -77,6 +77,7 @@ def test_stated_error_is_that_of_other_poses(pair: str, model: str, shipped: dic
     assert all(0.5 < rms < 2 for rms in figures.values()), figures
 
 
+@pytest.mark.slow
 def test_poses_of_another_gauge_are_covered(tmp_path: Path):
     """A wheelset of metre gauge that goes over is, in its service and until it derails, where its table is made
     for, with the stated error."""
@@ -188,6 +189,7 @@ def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
     assert all(other == found[0] for other in found)
 
 
+@pytest.mark.slow
 def test_last_digits_of_the_strips_do_not_grow_in_half_spaces(tmp_path: Path):
     """Strips that differ by 1e-13, as another processor rounds them, have the same points, and ratios that differ by no more
     than the spline makes of 1e-13."""
