@@ -128,7 +128,7 @@ def cause_table() -> str:
     def change(x: float) -> str:
         return f"{x:+.1f} %".replace("-", "−") if abs(x) >= 0.05 else "0.0 %"
 
-    shipped = (*(f"{v[f'first_peak.ex{k} [kN]']:.1f} kN" for k in (1, 2, 3, 4)), f"{v['first.ex2_aw.duration [ms]']:.2f} ms",
+    shipped = (*(f"{v[f'first.ex{k}_aw.peak [kN]']:.1f} kN" for k in (1, 2, 3, 4)), f"{v['first.ex2_aw.duration [ms]']:.2f} ms",
                f"{v['first.ex2_aw.impulse [N s]']:.0f} N s")
     return table(("change", *columns), [("as shipped", *shipped)] + [
         (words, *(change(v[f"cause.{name}.{what} [%]"]) for what in columns.values())) for name, (words, _) in CAUSES.items()])

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
-from ..results.derived import SIDES, lateral_over_vertical
+from ..results.derived import SIDES, is_forced, lateral_over_vertical
 from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, legend_of_page, new_page
@@ -62,7 +62,7 @@ class Page:
         for column in self.columns:
             panels = tuple(replace(panel, curves=curves) for panel in column if (curves := tuple(
                 curve for curve in panel.curves if all(name in run.data for name in curve.columns)
-                and (curve.columns != WORK or run.values(*WORK).any()))))
+                and (curve.columns != WORK or is_forced(run)))))
             found += [panels] if panels else []
         return replace(self, columns=tuple(found)) if found else None
 

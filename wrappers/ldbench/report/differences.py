@@ -11,6 +11,7 @@ import pandas as pd
 from .._core.errors import Error
 from ..results.columns import time_mean
 from ..results.contact_intervals import ContactInterval
+from ..results.derived import is_forced
 from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
 from ..results.run_data import RunData
 from ..viewer.page import distinct
@@ -64,7 +65,7 @@ def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     if time.size < 2:
         raise Error(f"{runs[0].file}: expected files that overlap in time, found no common rows")
     columns = tuple(column for column in runs[0].data if column not in GIVEN and all(column in run.data for run in runs)
-                    and (column != "W_ext" or any(run.values(column).any() for run in runs)))
+                    and (column != "W_ext" or any(map(is_forced, runs))))
     if not columns:
         raise Error(f"{runs[0].file}: expected a column besides time that all files have, found none; --map TOML says "
                     "how other codes name ours")

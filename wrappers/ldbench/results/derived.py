@@ -19,6 +19,11 @@ class Exchange(NamedTuple):
     elastic: float
 
 
+def is_forced(run: RunData) -> bool:
+    """Whether a lateral force does work on the wheelset of a run that has this column."""
+    return bool(run.values("W_ext").any())
+
+
 def wheel_loads(run: RunData, side: str) -> tuple[np.ndarray, np.ndarray]:
     """Lateral force outwards and vertical force downwards of a wheel, 'left' or 'right', on its rail, (rows,) each [N]."""
     sign = -1.0 if side == "left" else 1.0
