@@ -114,33 +114,48 @@ GROUPS = ("displacements", "velocities", "accelerations", "normal forces", "vert
 
 # How a quantity is shown of which nothing but the SI unit is known, and the SI unit of what is shown.
 SHOWN = {"m": ("mm", MM), "N": ("kN", KN), "N.s": ("kN·s", KN), "m/s2": ("m/s²", 1.0), "rad/s2": ("rad/s²", 1.0), "1": ("", 1.0)}
-SI = {"mm": "m", "mm²": "m2", "MPa": "Pa", "kN": "N", "kN·s": "N.s", "mrad": "rad", "mrad/s": "rad/s", "°": "rad", "µs": "s",
-      "m/s²": "m/s2", "rad/s²": "rad/s2", "N·m": "N.m", "": "1"}
+SI = {"mm": "m", "mm²": "m2", "MPa": "Pa", "kN": "N", "kN·s": "N.s", "N·s": "N.s", "ms": "s", "mrad": "rad", "mrad/s": "rad/s",
+      "°": "rad", "µs": "s", "m/s²": "m/s2", "rad/s²": "rad/s2", "N·m": "N.m", "": "1"}
 
-# Results of a run. Digits below zero stand for an exponent.
+# Answers of a run. The core computes them and writes them to &setup and &results; `answers.py` finds them in rows of other codes.
+# Digits below zero stand for an exponent.
 OUTCOME = {
-    "t_first_LF": Quantity("first contact of the left flange", "s", 1, digits=6, short="first left flange contact"),
-    "t_first_RF": Quantity("first contact of the right flange", "s", 1, digits=6, short="first right flange contact"),
-    "t_first_centre": Quantity("first passage of the centre", "s", 1, digits=6),
+    **{f"t_first_{c}": Quantity(f"first contact of the {words}", "s", 1, digits=6, short=f"first {words} contact")
+       for c, words in CONTACT_NAMES.items()},
+    "t_first_centre": Quantity("first passage of the centre after a flange contact", "s", 1, digits=6,
+                               short="first passage of the centre"),
     "t_return": Quantity("return to the centre after both flanges", "s", 1, digits=6, short="return to the centre"),
+    "t_unloaded": Quantity("last force of the wheel that lifts for good", "s", 1, digits=3, short="lift for good"),
+    "F_unloaded": Quantity("lateral force at which a wheel lifts for good", "kN", KN, digits=1, short="lateral force, lift for good"),
     "t_derailment": Quantity("derailment", "s", 1, digits=3, short="derailment"),
     "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=1, short="lateral force at derailment"),
-    "Y_max": Quantity("Y, largest", "mm", MM, short="largest Y"),
-    "Y_min": Quantity("Y, smallest", "mm", MM),
-    "Z_max": Quantity("Z, largest", "mm", MM, short="largest Z"),
-    "Z_min": Quantity("Z, smallest", "mm", MM),
-    "roll_max": Quantity("Φ, largest", "mrad", 1e3),
-    "roll_min": Quantity("Φ, smallest", "mrad", 1e3),
+    **{f"F_limit_{way}": Quantity(f"largest lateral force with an equilibrium, to the {way}", "kN", KN, digits=2,
+                                  short="static limit of the lateral force") for way in ("left", "right")},
+    "farthest_left": Quantity("Y, largest", "mm", MM, short="largest Y"),
+    "farthest_right": Quantity("Y, smallest", "mm", MM, short="smallest Y"),
+    "farthest_up": Quantity("Z, largest", "mm", MM, short="largest Z"),
+    "farthest_down": Quantity("Z, smallest", "mm", MM, short="smallest Z"),
+    "largest_roll": Quantity("Φ, largest", "mrad", 1e3, short="largest Φ"),
+    "smallest_roll": Quantity("Φ, smallest", "mrad", 1e3, short="smallest Φ"),
     **{f"peak_N_{c}": Quantity(f"peak N, {words}", "kN", KN, short=f"peak N, {words}")
        for c, words in CONTACT_NAMES.items()},
-    **{f"first_peak_N_{c}": Quantity(f"peak N, first contact, {CONTACT_NAMES[c]}", "kN", KN) for c in ("LF", "RF")},
+    **{key: value for c, words in CONTACT_NAMES.items() for key, value in {
+        f"first_peak_N_{c}": Quantity(f"peak N, first contact, {words}", "kN", KN),
+        f"first_duration_{c}": Quantity(f"duration, first contact, {words}", "ms", 1e3),
+        f"first_impulse_{c}": Quantity(f"impulse, first contact, {words}", "N·s", 1)}.items()},
     **{key: value for c in ("LF", "RF") for key, value in {
+        f"turn_impulse_{c}": Quantity(f"impulse until the wheelset moves back, {CONTACT_NAMES[c]}", "kN·s", KN),
         f"pmax_{c}": Quantity(f"peak pressure, first contact, {CONTACT_NAMES[c]}", "MPa", 1e-6, digits=0,
                               short=f"peak pressure, {CONTACT_NAMES[c]}"),
         f"patch_{c}": Quantity(f"patch area, first contact, {CONTACT_NAMES[c]}", "mm²", 1e6, digits=0,
                                short=f"patch area, {CONTACT_NAMES[c]}"),
         f"approach_{c}": Quantity(f"approach, first contact, {CONTACT_NAMES[c]}", "mm", MM,
                                   short=f"approach, {CONTACT_NAMES[c]}")}.items()},
+    "pmax": Quantity("largest pressure of the run", "MPa", 1e-6, digits=0, short="largest pressure"),
+    "t_pmax": Quantity("time of the largest pressure", "s", 1, digits=6),
+    "pmax_contact": Quantity("contact of the largest pressure", "", 1),
+    "pmax_y": Quantity("lateral position of the largest pressure", "mm", MM),
+    "pmax_z": Quantity("vertical position of the largest pressure", "mm", MM),
     "n_left_flange_contact": Quantity("contacts of the left flange", "", 1, digits=0),
     "n_right_flange_contact": Quantity("contacts of the right flange", "", 1, digits=0),
     "n_left_wheel_lift_off": Quantity("lift-offs of the left wheel", "", 1, digits=0, short="lift-offs, left wheel"),
@@ -150,8 +165,6 @@ OUTCOME = {
     "step": Quantity("time step", "µs", 1e6, digits=0),
     "t": Quantity("end of the run", "s", 1, digits=6),
     # The comparison of formulations and ensembles have these.
-    "climb": Quantity("highest, to the left", "mm", MM),
-    "first_impulse": Quantity("impulse of the first left flange contact", "kN·s", KN),
     "peak_N": Quantity("largest force of a left flange", "kN", KN),
     "peak_P": Quantity("largest impulse of a left flange", "kN·s", KN),
     "lift_offs": Quantity("lift-offs of both wheels", "", 1, digits=0),
@@ -168,8 +181,6 @@ OUTCOME = {
     "rest_Y": Quantity("Y where nothing holds the wheelset", "mm", MM),
     "rest_Z": Quantity("Z where nothing holds the wheelset", "mm", MM),
     "rest_roll": Quantity("Φ where nothing holds the wheelset", "mrad", 1e3),
-    **{f"farthest_{way}": Quantity(f"farthest {words}", "mm", MM)
-       for way, words in (("left", "to the left"), ("right", "to the right"), ("up", "up"))},
     **{f"frequency_{k}": Quantity(f"eigenfrequency {k} at rest", "Hz", 1) for k in (1, 2, 3)},
     **{f"peak_P_{c}": Quantity(f"largest impulse, {words}", "kN·s", KN) for c, words in CONTACT_NAMES.items()},
 }
