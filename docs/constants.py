@@ -17,7 +17,8 @@ from ldbench_round.tasks import CLEARANCES
 from quotes import table
 
 CORE = Path(__file__).resolve().parents[1]/"fortran"
-SCALES = {"µm": 1e6, "mm": 1e3, "m": 1.0, "kN": 1e-3, "N": 1.0, "°": 180/math.pi, "rad": 1.0, "%": 100.0, "MB": 1e-6, "ms": 1e3, "": 1.0}
+SCALES = {"µm": 1e6, "mm": 1e3, "m": 1.0, "kN": 1e-3, "N": 1.0, "°": 180/math.pi, "rad": 1.0, "%": 100.0, "MB": 1e-6, "ms": 1e3,
+          "": 1.0}
 
 
 @cache
@@ -67,7 +68,8 @@ def theory_table() -> str:
          shown(2*core("placement", "half"), "°"), "placement"),
         ("curve of the rolling radii coefficient", shown(CURVE, "m"), "contact_geometry"),
         ("shortest arc without contact between two zones", shown(core("contact_zones", "least_gap"), "mm"), "contact_zones"),
-        ("least growth of the angle between the normals along it", shown(core("contact_zones", "least_turn"), "rad"), "contact_zones"),
+        ("least growth of the angle between the normals along it", shown(core("contact_zones", "least_turn"), "rad"),
+         "contact_zones"),
         ("wheel angle of the cut where no such arc is", shown(core("contact_zones", "root_angle"), "°"), "contact_zones"),
         ("running tread, to either side of the running point", shown(core("contact_zones", "service"), "mm"), "contact_zones"),
         ("first points of $u$, $\\varphi$ and $\\rho$", points, "table_builder"),
@@ -75,9 +77,11 @@ def theory_table() -> str:
         ("$x_f$ of $u$ on a flange", shown(core("grid_refinement", "fine_flange"), "mm"), "grid_refinement"),
         ("$x_f$ of $\\varphi$", shown(core("grid_refinement", "fine"), "rad"), "grid_refinement"),
         ("largest tensile force of a zone that counts as open", shown(core("zone_tables", "largest_pull"), "kN"), "zone_tables"),
-        ("force to which errors of smaller forces are relative", shown(core("service_poses", "force_floor"), "kN"), "service_poses"),
+        ("force to which errors of smaller forces are relative", shown(core("service_poses", "force_floor"), "kN"),
+         "service_poses"),
         ("force above which a contact is closed in files", shown(CLOSED, "N"), "contact_intervals"),
-        ("depth below the top of rail from which a flange's tip is over the rail", shown(core("events", "shoulder"), "mm"), "events"),
+        ("depth below the top of rail from which a flange's tip is over the rail", shown(core("events", "shoulder"), "mm"),
+         "events"),
         ("energy drift of which a run warns, over the largest kinetic energy",
          shown(core("run_results", "largest_drift"), "%"), "run_results"))
     return table(("constant", "value", "module"), ((words, value, f"`{module}`") for words, value, module in rows))

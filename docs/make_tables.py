@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import constants
 from ldbench import Case, case, run
 from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
@@ -25,12 +26,20 @@ from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
 from ldbench_round.own_runs import yardsticks
-import constants
-from quotes import TABLES as MEASURED_TABLES, build_table, formulation_table, mistake_table, need_table, run_table, short_table, table
+from quotes import (
+    TABLES as MEASURED_TABLES,
+    build_table,
+    formulation_table,
+    mistake_table,
+    need_table,
+    run_table,
+    short_table,
+    table,
+)
 
 DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
-TABLE = re.compile(r"<!-- table: (.*?) -->")
+TABLE = re.compile(r"^<!-- table: (.*) -->$", re.MULTILINE)
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
 # What the names of groups do not say.
@@ -59,8 +68,8 @@ COLUMNS = {
     "y_C, z_C": "position of the contact point, from the track's centre and from the top of rail",
     "radius_C": "rolling radius: distance of the contact point from the axle's axis",
     "F_ext": "external lateral force at the centre of gravity",
-    "M_gyro": "moment with which the yaw constraint holds the wheelset, about its own vertical axis, which leans with the roll: pitch "
-              "inertia × pitch rate × roll rate",
+    "M_gyro": "moment with which the yaw constraint holds the wheelset, about its own vertical axis, which leans with the roll: "
+              "pitch inertia × pitch rate × roll rate",
     "KE_long, KE_lat, KE_vert, KE_roll, KE_pitch": "kinetic energies; those of forward motion and pitch are constant",
     "PE_grav, PE_load": "potential energies of the weight and of the vertical load, zero at Z = 0",
     "PE_elastic_L, PE_elastic_R": "elastic energy of the contacts of the left and the right wheel, zero without contact",
@@ -128,7 +137,8 @@ def main(words: list[str]) -> int:
 def filled(text: str, tables: dict[str, Callable[[], str]]) -> str:
     """A page with its tables made anew. SystemExit if it has other tables than these."""
     if others := set(TABLE.findall(text)) ^ tables.keys():
-        raise SystemExit(f"docs: expected the tables {', '.join(tables) or 'none'} in a page, found differences: {', '.join(others)}")
+        raise SystemExit(f"docs: expected the tables {', '.join(tables) or 'none'} in a page, found differences: "
+                         f"{', '.join(sorted(others))}")
     for name, make in tables.items():
         start, end = f"<!-- table: {name} -->\n", "<!-- end of table -->"
         before, _, rest = text.partition(start)

@@ -82,7 +82,7 @@ def law_table() -> str:
         return f"{value:.0f} %" if value >= 10 else f"{value:.1f} %" if value >= 1 else f"{value:.2f} %"
 
     kinds = {"tread alone": "tread alone", "flange alone": "flange alone", "tread and flange": "tread and flange",
-             "all": "all of these", "overturning": "going over the rail, exercise 5"}
+             "all": "all of these", "overturning": "rolling over the rail, exercise 5"}
     return table(("contact", *(f"`{law}`, {pair}" for law in LAWS for pair in PAIRS)), (
         (words, *(f"{percent(v[f'law.{pair}.{kind}.{law}.rms [%]'])} ({percent(v[f'law.{pair}.{kind}.{law}.largest [%]'])})"
                   for law in LAWS for pair in PAIRS)) for kind, words in kinds.items()))
@@ -91,7 +91,7 @@ def law_table() -> str:
 def error_table() -> str:
     """Errors that contact tables of half-spaces state."""
     v = measured()
-    return table(("profiles", "tread", "flange", "both at once", "going over the rail"), (
+    return table(("profiles", "tread", "flange", "both at once", "rolling over the rail"), (
         (words, *(f"{two(v[f'table.halfspace.{name}.{place}.rms [%]'])} % "
                   f"({two(v[f'table.halfspace.{name}.{place}.largest [%]'])} %)" for place in PLACES))
         for name, words in SHAPES.items()))
@@ -177,7 +177,7 @@ def short_table() -> str:
     spread = max(v[f"accuracies.ex{k}.spread [%]"] for k in (1, 2, 3, 4))
     limits = ", ".join(f"{v[f'F_limit.{pair}.elastic [kN]']:.1f} kN ({pair})" for pair in PAIRS)
     derailed = ", ".join(f"{v[f'F_derailment.{pair} [kN]']:.1f} kN ({pair})" for pair in PAIRS)
-    _, contact, pressure = max((pressures()), key=lambda one: one[2])
+    _, contact, pressure = max(pressures(), key=lambda one: one[2])
     return table(("answer", "value", "section"), (
         ("energy drift, exercises 1 to 4, at most", f"{power(v['drift.free [J]'])} J, or {power(v['drift_relative.free'])} of the "
          "initial kinetic energy", "2"),
@@ -204,7 +204,8 @@ def drift_table() -> str:
     """The energy drift of exercise 2 by law and scheme."""
     v = measured()
     rows = {"`halfspace`": "halfspace", "`strip`": "strip", "`hertz`": "hertz",
-            "`strip`, a coarse table (`accuracy = 0.06`)": "coarse strip", "`halfspace`, `scheme = 'energy'`, steps of 2 µs": "energy"}
+            "`strip`, a coarse table (`accuracy = 0.06`)": "coarse strip",
+            "`halfspace`, `scheme = 'energy'`, steps of 2 µs": "energy"}
     return table(("exercise 2, actual profiles", "largest drift [J]"),
                  ((words, power(v[f"drift.ex2_aw.{name} [J]"])) for words, name in rows.items()))
 
@@ -230,7 +231,8 @@ def pressure_table() -> str:
     """The largest pressure of every run, with contact and time."""
     v = measured()
     return table(("case", "largest pressure [GPa]", "contact", "time [ms]"), (
-        (f"`{case}`", f"{value:.1f}", CONTACT_NAMES[contact], f"{v[f't_pmax.{case} [ms]']:.1f}") for case, contact, value in pressures()))
+        (f"`{case}`", f"{value:.1f}", CONTACT_NAMES[contact], f"{v[f't_pmax.{case} [ms]']:.1f}")
+        for case, contact, value in pressures()))
 
 
 def known_table() -> str:
@@ -245,15 +247,17 @@ def known_table() -> str:
 def formulation_table() -> str:
     """How results depend on the formulation."""
     v = measured()
+    impulse = [v[f"formulation.first_impulse.{end} [%]"] for end in ("least", "largest")]
+    force = [v[f"formulation.F_derailment.{end} [kN]"] for end in ("least", "largest")]
+    pulls = " and ".join(f"{v[f'F_pulls.{pair} [kN]']:.0f} kN ({pair})" for pair in PAIRS)
     return table(("result", "depends on the formulation?"), (
         ("time of the first flange contact", f"no, within {v['formulation.t_first_LF.largest [%]']:.1f} %"),
-        ("impulse of that contact", f"by {v['formulation.first_impulse.least [%]']:.1f} to {v['formulation.first_impulse.largest [%]']:.1f} %"),
+        ("impulse of that contact", f"by {impulse[0]:.1f} to {impulse[1]:.1f} %"),
         ("all later motion in exercises 1 to 3", "yes"),
         ("exercise 4, actual profiles", "yes: it derails in `bilateral` alone, where rolling over the left flange takes "
          f"{v['climb.aw [J]']:.0f} J of {v['drift_reference.ex4_aw [J]']:.0f} J"),
-        ("force at which exercise 5 overturns", f"{v['formulation.F_derailment.least [kN]']:.0f} to "
-         f"{v['formulation.F_derailment.largest [kN]']:.0f} kN in `elastic` and `unilateral`; `bilateral` cannot overturn: from "
-         + " and ".join(f"{v[f'F_pulls.{pair} [kN]']:.0f} kN ({pair})" for pair in PAIRS) + " on its right rail pulls the wheel down")))
+        ("force at which exercise 5 overturns", f"{force[0]:.0f} to {force[1]:.0f} kN in `elastic` and `unilateral`; `bilateral` "
+         f"cannot overturn: from {pulls} on its right rail pulls the wheel down")))
 
 
 def need_table() -> str:

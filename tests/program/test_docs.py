@@ -89,7 +89,7 @@ UNIT = re.compile(r"""(?<![\w.,/:^-])\d[\d.,]*(?:
 # A decimal number that fills a cell of a table, whose unit stands in the heading.
 CELL = re.compile(r"(?<=\|) *[-−+]?\d+\.\d+(?:e-?\d+)? *(?=\|)")
 # Tables that make_tables.py makes, code, mathematics, comments, and addresses of links.
-MADE = re.compile(r"<!-- table: .*?<!-- end of table -->|<!--.*?-->|^```.*?^```$|^ {4}.*?$|``.*?``|`[^`\n]*`|\$\$.*?\$\$|\$[^$]*?\$"
+MADE = re.compile(r"^<!-- table: .*?^<!-- end of table -->$|<!--.*?-->|^```.*?^```$|^ {4}.*?$|``.*?``|`[^`\n]*`|\$\$.*?\$\$|\$[^$]*?\$"
                   r"|\]\(<?[^)\s]*>?\)", re.DOTALL | re.MULTILINE)
 
 
@@ -113,8 +113,11 @@ def test_no_sentence_has_a_number_with_a_unit(page: Path):
     assert numbers_in_sentences(words_of(page)) == []
 
 
-@pytest.mark.parametrize("unit", ["kN", "N", "MN", "GPa", "MPa", "Pa", "mm", "um", "µm", "m", "ms", "us", "µs", "s", "degrees", "mrad", "rad", "J",
-                                  "kg", "Hz", "%", "kB", "MB", "GB", "lines", "rows", "minutes", "times", "micrometres", "m/s", "kN/s", "N s"])
+UNITS = ("kN N MN GPa MPa Pa mm um µm m ms us µs s degrees mrad rad J kg Hz % kB MB GB lines rows minutes times micrometres m/s "
+         "kN/s N·s").split()
+
+
+@pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("number", ["3", "0.1", "1,500", "2e-9", "10 to 15", "−3.5", "3.8 to 16.3"])
 def test_a_number_with_a_unit_is_seen(number: str, unit: str):
     assert numbers_in_sentences(f"The first peak is about {number} {unit}, which is large.")
@@ -135,8 +138,8 @@ SETUP = "./bootstrap && make && ./ldbench < inputs/ex1_aw.nml", "./bootstrap && 
 def test_two_commands_of_the_readme_do_all_the_setup_and_are_what_ci_runs():
     blocks = re.findall(r"\n\n {4}(.*)\n\n", (REPO/"README.md").read_text())
     assert [block for block in blocks if block.startswith("./bootstrap")] == list(SETUP)
-    lines = (REPO/".ci/run").read_text().splitlines()
-    assert [line for line in lines if line.startswith("./bootstrap") and line != "./bootstrap --browser"] == [f"{one} || exit" for one in SETUP]
+    calls = [line for line in (REPO/".ci/run").read_text().splitlines() if line.startswith("./bootstrap ")]
+    assert [call for call in calls if call != "./bootstrap --browser"] == [f"{one} || exit" for one in SETUP]
 
 
 def test_a_failing_setup_ends_ci(tmp_path):
