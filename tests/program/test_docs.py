@@ -10,6 +10,7 @@ import pytest
 import documents
 import ldbench
 import make_tables
+from ldbench.commands import COMMANDS
 from measure import of_runs
 from probes import table_file
 from running import CASES, HANG, REPO, keep, kept_tables, once
@@ -52,6 +53,11 @@ def test_links_lead_to_files():
             assert file.exists() and file.is_relative_to(REPO), f"{page}: {link}"
 
 
+@pytest.mark.parametrize("page", documents.PAGES, ids=name)
+def test_commands_of_a_page_are_commands_of_the_program(page: Path):
+    assert set(re.findall(r"python -m ldbench ([a-z]\w*)", page.read_text())) <= COMMANDS.keys()
+
+
 def test_tables_are_those_of_the_program(capsys):
     assert make_tables.main(["--check"]) == 0, capsys.readouterr().err
 
@@ -89,8 +95,8 @@ UNIT = re.compile(r"""(?<![\w.,/:^-])\d[\d.,]*(?:
 # A decimal number that fills a cell of a table, whose unit stands in the heading.
 CELL = re.compile(r"(?<=\|) *[-−+]?\d+\.\d+(?:e-?\d+)? *(?=\|)")
 # Tables that make_tables.py makes, code, mathematics, comments, and addresses of links.
-MADE = re.compile(r"^<!-- table: .*?^<!-- end of table -->$|<!--.*?-->|^```.*?^```$|^ {4}.*?$|``.*?``|`[^`\n]*`|\$\$.*?\$\$|\$[^$]*?\$"
-                  r"|\]\(<?[^)\s]*>?\)", re.DOTALL | re.MULTILINE)
+MADE = re.compile(r"^<!-- table: .*?^<!-- end of table -->$|<!--.*?-->|^```.*?^```$|^ {4}.*?$|``.*?``|`[^`\n]*`|\$\$.*?\$\$"
+                  r"|\$(?:[^$\n]|\n(?!\n))*\$|\]\(<?[^)\s]*>?\)", re.DOTALL | re.MULTILINE)
 
 
 def numbers_in_sentences(text: str) -> list[str]:
