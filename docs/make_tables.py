@@ -92,7 +92,7 @@ RESULTS = {
                                                     "rigid contacts leave fewer"),
     "end": ("", "why the run ended"),
     "t": ("s", "time of the last row"),
-    "F_limit_left, F_limit_right": ("N", "static limit: the largest lateral force at the centre of gravity that has an equilibrium"),
+    "F_limit_left, F_limit_right": ("N", "static limit: the largest lateral force at the centre of gravity with an equilibrium"),
     "farthest_left, farthest_right": ("m", "largest and smallest Y of all steps"),
     "farthest_up, farthest_down": ("m", "largest and smallest Z of all steps"),
     "largest_roll, smallest_roll": ("rad", "largest and smallest roll of all steps"),
@@ -122,8 +122,8 @@ RESULTS = {
     "lost": ("J", "energy lost in impacts (rigid contacts only)"),
     "drift": ("J", "largest absolute energy error of all steps"),
     "t_drift": ("s", "time of this error"),
-    "drift_reference": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0, or the largest work of the lateral force "
-                        "where that is zero"),
+    "drift_reference": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0, or the largest work of the lateral "
+                        "force where that is zero"),
     "drift_relative": ("", "drift over this energy"),
     "kinetic_energy": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0"),
     "changes": ("", "initial values that the constraints replaced (rigid contacts only)"),

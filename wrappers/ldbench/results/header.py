@@ -28,7 +28,8 @@ ALWAYS = "t", "rows", "drift", "kinetic_energy", "steps", "step"      # numbers 
 ABSENT: dict[str, Any] = {
     **dict.fromkeys((
         "F_limit_left", "F_limit_right", "t_first_centre", "t_return", "t_unloaded", "F_unloaded", "t_derailment", "F_derailment",
-        "pmax", "t_pmax", "pmax_y", "pmax_z", "drift_reference", "drift_relative", "frequency_1", "frequency_2", "frequency_3"), np.nan),
+        "pmax", "t_pmax", "pmax_y", "pmax_z", "drift_reference", "drift_relative",
+        "frequency_1", "frequency_2", "frequency_3"), np.nan),
     **{f"{name}_{contact}": np.nan for contact in CONTACTS
        for name in ("t_first", "first_peak_N", "t_first_peak", "first_duration", "first_impulse")},
     **{f"{name}_{contact}": np.nan for contact in ("LF", "RF") for name in ("turn_impulse", "pmax", "patch", "approach")},
