@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
-from ..results.derived import SIDES, is_forced, lateral_over_vertical
-from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, quantity
+from ..results.derived import is_forced, lateral_over_vertical
+from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, SIDES, quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, legend_of_page, new_page
 from .stretches import BINS, PANEL, Window, band, overall, thin

@@ -13,6 +13,7 @@ GRAVITY = 9.81                          # as the call has it [m/s2]
 
 CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
 CONTACTS = tuple(CONTACT_NAMES)
+SIDES = {"left": ("LT", "LF"), "right": ("RT", "RF")}
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 # The files of wheel and rail that make a pair of the benchmark.
 PAIR_FILES = {(f"{pair[0]}wprof.yz", f"{pair[0]}rprof.yz"): words for pair, words in PAIRS.items()}

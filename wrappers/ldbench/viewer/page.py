@@ -26,9 +26,9 @@ from ..case import Case
 from ..geometry.outlines import Outlines, Side, run_outlines
 from ..geometry.pressures import known_patches
 from ..pressure import Patch
-from ..results.derived import SIDES, lateral_over_vertical
+from ..results.derived import lateral_over_vertical
 from ..results.events import event_kinds
-from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, quantity
+from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, SIDES, quantity
 from ..results.run_data import RunData, read_data
 from .pack import CELLS, CELLS_BESIDE, pack
 
