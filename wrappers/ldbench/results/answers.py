@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import dropwhile
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ FLANGES = {"LF": 1, "RF": -1}       # the sign of Y on the side of each
 EXTREMES = {"farthest_left": ("Y", 1), "farthest_right": ("Y", -1), "farthest_up": ("Z", 1), "farthest_down": ("Z", -1),
             "largest_roll": ("roll", 1), "smallest_roll": ("roll", -1)}
 # Not each of these happens in every run, and rows do not tell them all.
-NAMES = (*SETUP, *ABSENT, *ALWAYS, "end", "t_drift", "drift_reference", "drift_relative", "derailed",
+NAMES = (*SETUP, *ABSENT, *ALWAYS, "end", "cuts", "missed", "evaluations", "t_drift", "derailed",
          *(f"{kind}{name}" for name in EXTREMES for kind in ("", "t_")),
          *(f"{kind}_{contact}" for contact in CONTACTS for kind in ("peak_N", "t_peak")), *map(count_name, event_kinds()))
 
@@ -39,8 +40,8 @@ EXPLAINED = 5           # times the impulse of its force that the momentum of th
 def answers(run: RunData, case: Case | None = None) -> dict[str, Any]:
     """All answers of a run by their names, SI; None for what did not happen and for what the file does not tell.
 
-    case: whose profiles and lateral force another code's file has; without it the file tells no derailment. Error where the times of
-    the rows do not ascend, or where the profiles of the case cannot be placed.
+    case: whose profiles and lateral force another code's file has; without it the file tells no derailment. Error where the times
+    of the rows do not ascend, or where the profiles of the case cannot be placed.
     """
     return dict.fromkeys(NAMES) | (told(run.header.results) if run.header.finished else of_rows(run, case))
 
@@ -49,6 +50,11 @@ def all_events(run: RunData, case: Case | None = None) -> list[Event]:
     """Events in order of time: those that a file of ours lists, or all that the rows of another code's file tell. case: as of
     `answers`."""
     return run.events if run.header.finished else row_events(run, case, closed_intervals(run))
+
+
+def first_flange(found: Mapping[str, Any]) -> float | None:
+    """Time [s] at which a flange first touches, by the answers of a run; None where none does."""
+    return min((t for contact in FLANGES if (t := found[f"t_first_{contact}"]) is not None), default=None)
 
 
 def told(results: Mapping[str, Any]) -> dict[str, Any]:
@@ -79,8 +85,9 @@ def of_rows(run: RunData, case: Case | None) -> dict[str, Any]:
 
 
 def closed_intervals(run: RunData) -> dict[str, list[ContactInterval]]:
-    """The intervals in which each contact is closed; of flanges those at the root do not count."""
-    return {contact: [one for one in run.intervals(contact) or [] if not one.at_root] for contact in CONTACTS}
+    """The intervals in which each contact is closed, of a flange from its first contact on that is not one of its root; what has a
+    small contact angle later is a contact of the flange's tip."""
+    return {contact: list(dropwhile(lambda one: one.at_root, run.intervals(contact) or [])) for contact in CONTACTS}
 
 
 # Contacts --------------------------------------------------------------------------------
@@ -127,8 +134,8 @@ def contact_answers(run: RunData, first: ContactInterval) -> dict[str, Any]:
 
 
 def turn_impulse(run: RunData, first: ContactInterval) -> float | None:
-    """Impulse of a flange from its first touch until the lateral velocity first turns away from it [N s]; None where it does not, or
-    without that velocity."""
+    """Impulse of a flange from its first touch until the lateral velocity first turns away from it [N s]; None where it does not,
+    or without that velocity."""
     force = run.normal_force(first.contact)
     if force is None or "vY" not in run:
         return None
@@ -141,7 +148,7 @@ def turn_impulse(run: RunData, first: ContactInterval) -> float | None:
     push = cumulative(t, force)
     turned = t[k - 1] + (t[k] - t[k - 1])*min(max(v[k - 1], 0.0)/max(v[k - 1] - v[k], 1e-300), 1.0)
     before = np.interp(first.start, t, push)
-    return float(np.interp(turned, t, push) - before + blows[k] - blows[max(np.searchsorted(t, first.start) - 1, 0)])
+    return float(np.interp(turned, t, push) - before + blows[k] - blows[max(int(np.searchsorted(t, first.start)) - 1, 0)])
 
 
 # The centre -------------------------------------------------------------------------------
@@ -171,8 +178,8 @@ def passages(run: RunData, until: float = np.inf) -> list[float]:
 
 
 def passage_answers(run: RunData, found: Mapping[str, Any]) -> dict[str, Any]:
-    """First passages of the centre after one flange and after both. Where the file does not tell when a flange touched, the farthest
-    point on its side stands for it, of a wheelset that swings to both sides."""
+    """First passages of the centre after one flange and after both. Where the file does not tell when a flange touched, the
+    farthest point on its side stands for it, of a wheelset that swings to both sides."""
     touched = [found.get(f"t_first_{contact}") for contact in FLANGES]
     if None in touched and "farthest_left" in found and -found["farthest_right"] > SWING*found["farthest_left"]:
         touched = [found[f"t_{name}"] if t is None else t
@@ -204,8 +211,8 @@ def energy_answers(run: RunData) -> dict[str, Any]:
 # Events -----------------------------------------------------------------------------------
 
 def row_events(run: RunData, case: Case | None, closed: Mapping[str, Sequence[ContactInterval]]) -> list[Event]:
-    """The events that rows tell, in order of time: contacts of flanges, wheels that lift off and land, passages of the centre, and the
-    derailment of a run whose case is known."""
+    """The events that rows tell, in order of time: contacts of flanges, wheels that lift off and land, passages of the centre, and
+    the derailment of a run whose case is known."""
     found = [Event(one.start, f"{CONTACT_NAMES[contact]} contact", angle=abs(one.angle))
              for contact in FLANGES for one in closed[contact] if one.begins]
     for side, contacts in SIDES.items():
