@@ -32,6 +32,7 @@ module contact_pressure
     real(dp) :: hertz(3) = 0           !! semi-axes along x and s [m], largest pressure [Pa] of Hertz's ellipse with this force
                                        !! and the curvatures at `deepest`; 0 where the surfaces conform
     real(dp), allocatable :: p(:, :)   !! pressures of the elements at x > 0, (nx, ns) [Pa]
+    real(dp), allocatable :: width(:)  !! half of the pressed length along x of each row of elements, (ns) [m]
     real(dp), allocatable :: point(:, :)   !! rows of elements on the wheel, wheelset frame, (2, ns) [m]
   end type pressed_patch
 
@@ -119,8 +120,9 @@ contains
     call parabola(square(at(1), :), at(2), top(2), shift(2))
     one%largest = sqrt(sum(top) - square(at(1), at(2)))
     one%peak_s = one%low + (at(2) - 0.5_dp + shift(2))*one%ds
-    one%area = 2*one%dx*one%ds*sum([(reach(one%p(:, j)), j=1, ns)])
-    one%half_x = one%dx*maxval([(reach(one%p(:, j)), j=1, ns)])
+    one%width = one%dx*[(reach(one%p(:, j)), j=1, ns)]
+    one%area = 2*one%ds*sum(one%width)
+    one%half_x = maxval(one%width)
     one%ends(1) = one%low + one%ds*(ns - maxval([(reach(one%p(i, ns:1:-1)), i=1, nx)]))
     one%ends(2) = one%low + one%ds*maxval([(reach(one%p(i, :)), i=1, nx)])
   end subroutine measure_pressure

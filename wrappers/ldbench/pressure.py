@@ -40,6 +40,7 @@ class Patch:
     x: np.ndarray                   # centres of elements (n_x,) [m], 0 at the axle
     s: np.ndarray                   # centres of elements (n_s,) [m]
     p: np.ndarray                   # pressure on the elements (n_x, n_s) [Pa]
+    width: np.ndarray               # half of the pressed length in rolling direction at s (n_s,) [m]
     wheel: np.ndarray               # the wheel's points at s, from the axle centre, in the frame of the wheelset (n_s, 2) [m]
     track: np.ndarray               # the wheel's points at s in the frame of the track (n_s, 2) [m]
     half_x: float                   # half of the length of the patch in rolling direction [m]
@@ -139,7 +140,8 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
     y, z, roll = (float(number) for number in pose)
     turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
     sign = 1 if side == "left" else -1
-    n, ok, p, point, facts, total = flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]), elements//4, elements)
+    n, ok, p, point, width, facts, total = flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]), elements//4,
+                                                           elements)
     if not ok:
         raise Error(f"{case.label}: expected pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad, found a half-space "
                     "solution that does not converge")
@@ -150,6 +152,6 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
         wheel = point[:, :, k].T*[sign, 1]
         found.append(Patch(
             names[int(flange)], np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
-            np.concatenate([p[::-1, :, k], p[:, :, k]]), wheel, wheel @ turn + [y, z], half_x, (ends[0], ends[1]), approach, deepest,
+            np.concatenate([p[::-1, :, k], p[:, :, k]]), width[:, k], wheel, wheel @ turn + [y, z], half_x, (ends[0], ends[1]), approach, deepest,
             np.nan, np.nan, integral, largest, area, float(total[3]), Ellipse(semi_x, semi_s, peak) if peak > 0 else None))
     return found

@@ -393,14 +393,14 @@ contains
 
   !> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
   !> its mirror image. Grids have nx by ns elements to a patch; n patches are filled. point: rows of elements on the wheel,
-  !> wheelset frame [m]. facts: the numbers of `pressed_patch` in their order, with 1 for a flange. total: F_y, F_z [N], M_x about
+  !> wheelset frame, and half of the pressed length of each row [m]. facts: the numbers of `pressed_patch` in their order, with 1 for a flange. total: F_y, F_z [N], M_x about
   !> the axle centre [N m], energy [J].
-  subroutine pressures(handle, side, pose, nx, ns, n, ok, p, point, facts, total)
+  subroutine pressures(handle, side, pose, nx, ns, n, ok, p, point, width, facts, total)
     integer(8), intent(in) :: handle
     integer, intent(in) :: side, nx, ns
     real(8), intent(in) :: pose(3)
     integer, intent(out) :: n, ok
-    real(8), intent(out) :: p(nx, ns, 4), point(2, ns, 4), facts(16, 4), total(4)
+    real(8), intent(out) :: p(nx, ns, 4), point(2, ns, 4), width(ns, 4), facts(16, 4), total(4)
     !f2py threadsafe
     type(prepared_type), pointer :: prepared
     type(pressed_patch) :: patch(most_patches)
@@ -414,11 +414,13 @@ contains
     end associate
     p = 0
     point = 0
+    width = 0
     facts = 0
     do k = 1, n
       associate (one => patch(k))
         p(:, :, k) = one%p
         point(:, :, k) = one%point
+        width(:, k) = one%width
         facts(:, k) = [merge(1d0, 0d0, one%flange), one%dx, one%ds, one%low, one%half_x, one%ends, one%approach, one%deepest, &
                        one%integral, one%largest, one%peak_s, one%area, one%hertz]
       end associate
