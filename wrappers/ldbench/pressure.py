@@ -147,11 +147,12 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
                     "solution that does not converge")
     found = []
     for k in range(n):
-        flange, dx, ds, low, half_x, *ends, approach, deepest, integral, largest, _, area, semi_x, semi_s, peak = facts[:, k].tolist()
+        flange, dx, ds, low, half_x, *ends, approach, deepest, integral, largest, _, area = facts[:13, k].tolist()
+        ellipse = Ellipse(*facts[13:, k].tolist())
         half = (np.arange(elements//4) + 0.5)*dx
         wheel = point[:, :, k].T*[sign, 1]
         found.append(Patch(
             names[int(flange)], np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
-            np.concatenate([p[::-1, :, k], p[:, :, k]]), width[:, k], wheel, wheel @ turn + [y, z], half_x, (ends[0], ends[1]), approach, deepest,
-            np.nan, np.nan, integral, largest, area, float(total[3]), Ellipse(semi_x, semi_s, peak) if peak > 0 else None))
+            np.concatenate([p[::-1, :, k], p[:, :, k]]), width[:, k], wheel, wheel @ turn + [y, z], half_x, (ends[0], ends[1]),
+            approach, deepest, np.nan, np.nan, integral, largest, area, float(total[3]), ellipse if ellipse.largest > 0 else None))
     return found

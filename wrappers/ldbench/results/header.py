@@ -18,17 +18,23 @@ import numpy as np
 from .._core.errors import UNREADABLE, Error, UnknownName, error_of
 from ..case import Value, find_variable, variables
 from .events import Event, count_name, event_kinds
-from .quantities import CONTACTS, OUTCOME
+from .quantities import CONTACTS
 
 TAIL = 2**17        # where the results at the end of a file are looked for [bytes]: those with the most events take half of it
 MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file
 SETUP = "clearance_left", "clearance_right", "axle_height", "axle_roll"
 ALWAYS = "t", "rows", "drift", "kinetic_energy", "steps", "step"      # numbers of every run; a damaged header may lack them
 # Answers that only some runs have: what did not happen is NaN, or '' for a text.
-ABSENT: dict[str, Any] = {**{name: np.nan for name in OUTCOME if not name.startswith("n_")}, "pmax_contact": "", "changes": ""}
-ABSENT |= {"rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, "lost": 0.0,
-           **{f"{name}_{contact}": 0.0 for name in ("peak_P", "t_peak_P") for contact in CONTACTS},
-           **{f"t_first_peak_{contact}": np.nan for contact in CONTACTS}}
+ABSENT: dict[str, Any] = {
+    **dict.fromkeys((
+        "F_limit_left", "F_limit_right", "t_first_centre", "t_return", "t_unloaded", "F_unloaded", "t_derailment", "F_derailment",
+        "pmax", "t_pmax", "pmax_y", "pmax_z", "drift_reference", "drift_relative",
+        "frequency_1", "frequency_2", "frequency_3"), np.nan),
+    **{f"{name}_{contact}": np.nan for contact in CONTACTS
+       for name in ("t_first", "first_peak_N", "t_first_peak", "first_duration", "first_impulse")},
+    **{f"{name}_{contact}": np.nan for contact in ("LF", "RF") for name in ("turn_impulse", "pmax", "patch", "approach")},
+    **{f"{name}_{contact}": 0.0 for contact in CONTACTS for name in ("peak_P", "t_peak_P")},
+    "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, "lost": 0.0, "pmax_contact": "", "changes": ""}
 
 
 @dataclass(frozen=True)
