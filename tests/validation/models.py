@@ -37,7 +37,7 @@ from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable, Profile
 from ldbench._core import flat
 from ldbench.geometry.outlines import case_outlines
-from ldbench.pressure import MOST_PATCHES, press
+from ldbench.pressure import press
 from ldbench.table import rigid_geometry
 from probes import MIRROR, MODERN
 from sheets import Table
@@ -118,7 +118,7 @@ def pressed(pair: str, rows: pd.DataFrame) -> np.ndarray:
     """(F_y, F_z) of the left wheel pressed together with its rail, (n, 2) [N]."""
     handle = rigid_geometry(Case.exercise(1, pair))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = list(pool.map(lambda pose: flat.pressures(handle, 1, pose, *ELEMENTS, MOST_PATCHES), rows[POSE].to_numpy()))
+        found = list(pool.map(lambda pose: flat.pressures(handle, 1, pose, *ELEMENTS), rows[POSE].to_numpy()))
     if not all(ok for _, ok, *_ in found):
         raise RuntimeError(f"{pair}: a half-space solution did not converge")
     return np.array([total[:2] for *_, total in found])
@@ -263,7 +263,7 @@ def direct(case: Case, begin: float, t_end: float) -> Contact:
     weight = case.mass*9.81 + case.vertical_load
 
     def total(q: np.ndarray) -> np.ndarray:
-        sides = [flat.pressures(handle, side, q, nx, ns, MOST_PATCHES) for side in (1, 2)]
+        sides = [flat.pressures(handle, side, q, nx, ns) for side in (1, 2)]
         if not all(ok for _, ok, *_ in sides):
             raise RuntimeError(f"{case.name}, direct: a half-space solution did not converge")
         return sides[0][-1][:3] + MIRROR*sides[1][-1][:3]
@@ -282,7 +282,7 @@ def direct(case: Case, begin: float, t_end: float) -> Contact:
         """The wheel's force, of normals that turn within an element, without what its tread carries."""
         patches = press(handle, case, q, ["LT", "LF"], ns)
         treads = [patch.resultant for patch in patches if patch.contact == "LT"]
-        whole = flat.pressures(handle, 1, q, nx, ns, MOST_PATCHES)[-1][:2]
+        whole = flat.pressures(handle, 1, q, nx, ns)[-1][:2]
         return float(np.hypot(*(whole - np.sum(treads or [[0, 0]], axis=0)))) if len(patches) > len(treads) else 0.0
 
     force = [flange_force(q) for q in found.y[:3].T]
@@ -303,8 +303,8 @@ def told(contact: Contact, run: ldbench.Run | None = None) -> list[str]:
     cells = [f"{1e-3*contact.peak:.1f}", f"{contact.impulse:.1f}"]
     if run is None:
         return [*cells, "", ""]
-    passages = [event.t for event in run.events if event.kind == "centre passage"]
-    return [*cells, f"{1e-3*run.results['peak_N_RF']:.1f}", f"{1e3*passages[-1]:.1f}" if passages else ""]
+    back = run.results["t_return"]
+    return [*cells, f"{1e-3*run.results['peak_N_RF']:.1f}", "" if np.isnan(back) else f"{1e3*back:.1f}"]
 
 
 def one_system() -> tuple[list[Check], Table]:
