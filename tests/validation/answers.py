@@ -4,7 +4,8 @@ Exercises 1 to 4, with rows at every step of 10 us. The core integrates the norm
 impulse of a contact comes from the balance of momentum: mass times the change of velocity between two rows, less weight and
 the forces of the other contacts, along the mean normal of the contact. So the force of the contact itself is not used. The
 first contact of every wheel's tread and flange is compared, and a flange until the wheelset moves back. The impulses of the left
-flange with the shipped steps, and with longer and shorter ones, are compared with those of the fine rows.
+flange with the shipped steps are compared with those of the fine rows; the table says what longer and shorter steps change. With
+rigid contacts and restitution 1 the first impulse is the jump of the velocities times the mass.
 
 Times of contacts, of passages of the centre, of the wheel that lifts for good and of the derailment, and the extremes of the
 motion, are looked for in the rows. The return of a slow exercise 1, which passes the centre many times more than the list of
@@ -174,6 +175,17 @@ def step_checks(fine: Run, shipped: Case, table: ContactTable) -> tuple[list[Che
     return checks, row
 
 
+def impact_checks(exercise: int, pair: str) -> list[Check]:
+    """The first contact with rigid contacts and restitution 1, an impact of the flange alone: the rows before and after it."""
+    run = ldbench.run(Case.exercise(exercise, pair).replace(formulation="unilateral", restitution=1.0))
+    s = run.results
+    rows = run.data[(run.data.time - s["t_first_LF"]).abs() < ROUNDING]
+    blow = run.case.mass*float(np.hypot(*(rows[["vY", "vZ"]].iloc[-1] - rows[["vY", "vZ"]].iloc[0])))
+    return [relative(f"{run.name}, rigid: first_impulse_LF [N s]", s["first_impulse_LF"], blow,
+                     "jump of the velocities times the mass; bar rounding", 1e-9),
+            limit(f"{run.name}, rigid: first_duration_LF [s]", s["first_duration_LF"], "an impact takes no time", 0.0)]
+
+
 def ramp_checks(pair: str) -> list[Check]:
     """Exercise 5: derailment, and the lateral forces of the answers."""
     run = ldbench.run(Case.exercise(5, pair))
@@ -207,7 +219,7 @@ def section() -> Section:
             run = fine_run(case, table)
             checks += impulse_checks(run) + passage_checks(run) + extreme_checks(run)
             more, row = step_checks(run, case, table)
-            checks += more
+            checks += more + impact_checks(exercise, pair)
             rows.append(row)
         checks += ramp_checks(pair)
     checks += slow_return()

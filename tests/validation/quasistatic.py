@@ -18,6 +18,10 @@ The shipped runs bounce on the left flange. They fall when the energy of the bou
 and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at another one for
 every perturbation. Started at rest from the equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the
 limit itself.
+
+Results of runs have the limit as F_limit_left and F_limit_right, which the core finds by holding the wheelset aside. They are
+compared with the limit points of the continuation, also for a wheelset whose sides differ, and with the closed form where
+contacts are rigid.
 """
 from __future__ import annotations
 
