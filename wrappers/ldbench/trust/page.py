@@ -21,7 +21,7 @@ BARS = 9            # of an answer, at most, with the others' sum
 COLUMNS, ROWS = 4, 3    # of panels on a page
 REPORTED = "first_peak_N_LF", "t_return"
 TITLE = "How far to trust an answer"
-CAPTION = ("Each bar: by how much one cause alone changes the answer. Inputs are raised by 1 %, gauge, back_to_back and gauge_depth "
+CAPTION = ("Each bar: by how much one cause alone changes the answer. Inputs are raised by 1 %, gauge, back_to_back, gauge_depth "
            "by 0.1 mm. Not among the causes: the bodies' own elasticity, friction, damping, flexible track.\n"
            "Below each title: the case's value, and the range that the program leaves open by twins, table accuracy and influence. "
            "A chaotic answer is one sample: its twins, whose starts differ by 3 µm at most, do not share it.")
