@@ -31,7 +31,8 @@ def trust(case: Case | str | os.PathLike[str], *, laws: bool = False, jobs: int 
 
     Causes: twins (starts within 3 µm), the table's accuracy, the influence of half-spaces' places on each other, the smoothing of
     measured profiles, and every input that is not zero, raised by 1 % (gauge, back_to_back and gauge_depth by 0.1 mm); with `laws`
-    the other contact laws. An input whose change leaves every answer as it is, to the last bit, is no cause.
+    the other contact laws. An input whose change leaves every answer as it is, to the last bit, is no cause. Inputs are changed to
+    one side; ranges count them to either side, as small changes are in proportion.
 
     jobs: threads, all cores by default. A progress function is called as `progress("trust", share)`; True draws a bar on a
     terminal. Ctrl-C stops the runs. Contact tables are kept beside the case's table file, in the folder .ldbench, so that a second

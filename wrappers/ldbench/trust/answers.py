@@ -147,7 +147,8 @@ class Trust:
                  f"{counted(len(kinds) + 1, 'run')}: the case, {counted(kinds.count('twin'), 'twin')} and "
                  f"{counted(len(kinds) - kinds.count('twin'), 'other variation')}, one cause at a time",
                  "program leaves open: case, twins, table accuracy, influence",
-                 "with inputs: all variations; inputs count to either side of an answer that is not chaotic"]
+                 "with inputs: all variations; inputs are changed to one side, and count to either side of an answer",
+                 "that is not chaotic, as if changes were in proportion"]
         for one in self.shown(everything):
             found += ["", *one.lines()]
         found.append("")

@@ -65,8 +65,10 @@ def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], l
 
 
 def inputs(case: Case) -> Iterator[Variation]:
-    """Inputs that are not zero, raised; lowered where the case does not allow more, such as a restitution of 1. One sign is enough:
-    an answer that is not chaotic changes in proportion."""
+    """Inputs that are not zero, raised; lowered where the case does not allow more, such as a restitution of 1.
+
+    One sign is run: small changes of an answer are in proportion. A change of many per cent is not, and tells the size alone.
+    """
     for k, variable in enumerate(variables()):
         value, name = case.values[k], shortest_name(k)
         listed = variable.group in INPUT_GROUPS or (name == "restitution" and case.formulation == "unilateral")
