@@ -1,19 +1,14 @@
-"""How far first peak and return of the exercises are to be trusted: pages of the report."""
+"""How far the answers of the exercises are to be trusted, for the pages of the report that `trust.page.report_pages` draws."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from .._core.files import make_results_folder
 from .._core.kept import kept_in, kept_json
 from ..trust import Trust, trust
-from ..trust.page import TITLE, report_pages
 from .jobs import find_cases, sources
-
-__all__ = ["TITLE", "figures", "kept_file", "kept_trusts"]
 
 
 def kept_file(outputs: Path) -> Path:
@@ -31,8 +26,3 @@ def kept_trusts(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
 
     depends = {name: x for case in cases for name, x in sources(case).items()}
     return [Trust.of_facts(facts) for facts in kept_json(kept_file(outputs), depends, force, make)]
-
-
-def figures(found: Sequence[Trust]) -> Iterator[tuple[str, Figure]]:
-    """A page for each pair of profiles."""
-    return report_pages(found)

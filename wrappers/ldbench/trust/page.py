@@ -19,7 +19,7 @@ WORDS = {"program leaves open": BLUE, "inputs": ORANGE, "smoothing of profiles":
          "the others' sum": GREY}
 BARS = 9            # of an answer, at most, with the others' sum
 COLUMNS, ROWS = 4, 3    # of panels on a page
-REPORTED = "first_peak_N_LF", "t_return"
+REPORTED = {"first_peak_N_LF": "first peak of the left flange", "t_return": "return to the centre"}
 TITLE = "How far to trust an answer"
 CAPTION = ("Each bar: by how much one cause alone changes the answer. Inputs are raised by 1 %, gauge, back_to_back, gauge_depth "
            "by 0.1 mm. Not among the causes: the bodies' own elasticity, friction, damping, flexible track.\n"
@@ -36,7 +36,7 @@ def causes_pages(found: Trust, everything: bool = False) -> Iterator[Figure]:
         figure = new_page(f"{TITLE}: {found.case}", found.title, CAPTION)
         axes = figure.subplots(-(-len(part)//columns), columns, squeeze=False).ravel()
         for ax, answer in zip(axes, part, strict=False):
-            draw_causes(ax, found, answer, answer.quantity.label)
+            draw_causes(ax, found, answer, in_short(answer))
         for ax in axes[len(part):]:
             ax.set_axis_off()
         add_legend(figure, [found])
@@ -49,16 +49,21 @@ def report_pages(found: Sequence[Trust]) -> Iterator[tuple[str, Figure]]:
         own = [one for one in found if one.case.endswith(f"_{pair}") and any(name in one.answers for name in REPORTED)]
         if not own:
             continue
-        figure = new_page(f"{TITLE}: {words}", "first peak of the left flange, and return to the centre", CAPTION)
+        figure = new_page(f"{TITLE}: {words}", ", ".join(REPORTED.values()), CAPTION)
         axes = figure.subplots(len(REPORTED), len(own), squeeze=False)
-        for line, name in zip(axes, REPORTED, strict=True):
+        for line, (name, answer_words) in zip(axes, REPORTED.items(), strict=True):
             for ax, one in zip(line, own, strict=True):
                 if name in one.answers:
-                    draw_causes(ax, one, one.answers[name], f"{one.case}, {one.answers[name].quantity.brief}")
+                    draw_causes(ax, one, one.answers[name], f"{one.case}, {answer_words}")
                 else:
                     ax.set_axis_off()
         add_legend(figure, own)
         yield words, figure
+
+
+def in_short(answer: Answer) -> str:
+    """The words of an answer, without unit, few where there are few."""
+    return answer.quantity.short or answer.quantity.words
 
 
 def draw_causes(ax: Axes, found: Trust, answer: Answer, title: str) -> None:
