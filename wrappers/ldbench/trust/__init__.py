@@ -67,7 +67,7 @@ def trust(case: Case | str | os.PathLike[str], *, laws: bool = False, jobs: int 
     return Trust(
         case.case_name, case.title, tuple((varied[k - 1].kind, varied[k - 1].name) for k in ran if k not in idle),
         {name: tuple(own[place] for place in kept) for name, own in values.items()},
-        {one.name: records[k]["error"] for k, one in enumerate(varied, 1) if records[k]["error"]},
+        {one.name: records[k]["error"].replace(f"{folder}/", "") for k, one in enumerate(varied, 1) if records[k]["error"]},
         tuple(varied[k - 1].name for k in idle), tuple(notes))
 
 
