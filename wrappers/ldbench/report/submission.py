@@ -32,9 +32,11 @@ from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic, summary_row
 from ..runs import compute
 from ..table import ContactTable
+from ..trust.page import TITLE, report_pages
 from ..viewer import results
 from . import abstract, formulations
 from .jobs import Job, case_job, find_cases, run_stale
+from .trusted import kept_file, kept_trusts
 
 ASIDE = 1e-6            # of the start of a twin [m]
 SAME = 1e-3             # share of a result by which a twin may move it
@@ -64,13 +66,14 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         submitted = cache(partial(read_all, files, jobs))
         found = formulations.kept_outcomes(inputs, outputs, jobs, force, submitted)
         kept = [formulations.kept_file(outputs), kept_in(outputs)/"twins.json"]
+        trusted = kept_trusts(inputs, outputs, jobs, force)
         other = kept_twins(cases, kept[1], jobs, force)
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *kept], summary: [*files, kept[1]], written: [*files, *kept, Path(abstract.AUTHORS)],
-            shown: [*files, *variants, kept[1]]}
+            plotted: [*files, *kept, kept_file(outputs)], summary: [*files, kept[1]],
+            written: [*files, *kept, Path(abstract.AUTHORS)], shown: [*files, *variants, kept[1]]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
@@ -88,7 +91,8 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
             plotted: lambda: None}
         with ExitStack() as stack:
             if plotted in due:      # pages are drawn in other processes while the rest is made here
-                further = [(formulations.TITLE, formulations.figures(found, inputs))]
+                further = [(formulations.TITLE, formulations.figures(found, inputs)),
+                           *([(TITLE, report_pages(trusted))] if trusted else [])]
                 shapes = ((run, ContactTable.quiet(run.case).geometry()) for run, *_ in by_pair(runs).values())
                 work[plotted] = stack.enter_context(drawing(runs, plotted, shapes, jobs, bar.update, further, fine, chaotic))
             for product, make in work.items():
