@@ -131,8 +131,9 @@ def outcome(done: RunData, name: str) -> Outcome:
 def why(done: RunData, known: Mapping[str, Any]) -> str:
     """How the run ended, by its answers; of a derailment, whether over the flange or overturning."""
     if not known["derailed"]:
-        awaited = "derail" if done.setting("integrator", "stop_at") == "derailment" else "return"
-        return "returns" if known["t_return"] is not None else f"does not {awaited}"
+        if done.setting("integrator", "stop_at") == "derailment":
+            return "does not derail"
+        return "does not return" if known["t_return"] is None else "returns"
     # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
     over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= known["t_derailment"]]
     c = done.data
