@@ -32,10 +32,8 @@ contains
     call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case name', 'a word that can name a file', &
       "'"//trim(c%name)//"'")
     call demand(any(c%order == [2, 4, 6]), 'integrator order', '2, 4 or 6', str(c%order))
-    call demand(c%order < 6 .or. c%scheme == 'newmark' .and. c%beta <= 0, 'integrator order', &
-      '2 or 4 unless scheme = ''newmark'' with beta = 0', '6')
-    call demand(c%scheme /= 'newmark' .or. c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator gamma', '0.5 with order = '// &
-      str(c%order), str(c%gamma))
+    call demand(c%order == 2 .or. c%beta <= 0, 'integrator beta', '0 with order = '//str(c%order), str(c%beta))
+    call demand(c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator gamma', '0.5 with order = '//str(c%order), str(c%gamma))
     call demand(c%formulation == 'unilateral' .or. c%restitution >= 1, 'contact restitution', '1, for only formulation = '// &
       '''unilateral'' has impacts', str(c%restitution)//' with '''//trim(c%formulation)//'''')
     call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact stiffness_scale', &

@@ -6,7 +6,7 @@ module elastic_run
   use errors, only: error_type, fatal_error
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: advance, energy_change, energy_rounding, scheme_type, evaluate_contacts, step_diverged, step_ok
+  use integrators, only: advance, energy_change, energy_rounding, integrator_type, evaluate_contacts, step_diverged, step_ok
   use row_sink, only: at_event
   use run_monitor, only: normal_forces, passed_peak, instant, run_monitor_type
   use text, only: str
@@ -45,8 +45,8 @@ contains
 
   !> Make one step. If the step fails, or if the total energy changes by more than the tolerance, two, four or more equal
   !> steps replace the step. The criterion is the same for the reversed step, so the integration stays reversible.
-  recursive subroutine elastic_step(scheme, motion, monitor, dt, halvings, error)
-    type(scheme_type), intent(in) :: scheme
+  recursive subroutine elastic_step(integrator, motion, monitor, dt, halvings, error)
+    type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(inout) :: motion
     type(run_monitor_type), intent(inout) :: monitor
     real(dp), intent(in) :: dt               !! [s]
@@ -57,7 +57,7 @@ contains
     real(dp) :: change, allowed
 
     associate (c => monitor%c, w => monitor%setup%wheelset, run => monitor%run)
-      call advance(w, scheme, motion, dt, new, evaluations, status)
+      call advance(w, integrator, motion, dt, new, evaluations, status)
       run%evaluations = run%evaluations + evaluations
       more = 0
       if (status /= step_ok) then
@@ -79,7 +79,7 @@ contains
       if (more > 0) then
         run%cuts = run%cuts + 1
         do i = 1, 2**more
-          call elastic_step(scheme, motion, monitor, dt/2**more, halvings + more, error)
+          call elastic_step(integrator, motion, monitor, dt/2**more, halvings + more, error)
           if (allocated(error)) return
         end do
         return
@@ -87,13 +87,13 @@ contains
     end associate
     call monitor%note_step(motion, new)
     motion = new
-    call note_between(scheme, motion, monitor)
+    call note_between(integrator, motion, monitor)
     call monitor%queue%pass_rows(monitor%past(1)%t, error)
   end subroutine elastic_step
 
   !> Write rows between the ends of steps: at the events of the last step, and at the peak of a force that has passed.
-  subroutine note_between(scheme, motion, monitor)
-    type(scheme_type), intent(in) :: scheme
+  subroutine note_between(integrator, motion, monitor)
+    type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: motion
     type(run_monitor_type), intent(inout) :: monitor
     type(motion_type) :: there
@@ -103,7 +103,7 @@ contains
 
     if (monitor%event_rows) then
       do i = 1, monitor%run%log%n_moments
-        call side_step(scheme, monitor, monitor%past(1), monitor%run%log%moments(i), there, found)
+        call side_step(integrator, monitor, monitor%past(1), monitor%run%log%moments(i), there, found)
         if (found) call monitor%put(there, at_event)
       end do
     end if
@@ -111,7 +111,7 @@ contains
       if (.not. passed_peak(monitor, k)) cycle
       call find_peak(monitor%forces(k, :), [monitor%past(2)%t, monitor%past(1)%t, motion%t], t, found)
       if (.not. found) cycle
-      call side_step(scheme, monitor, monitor%past(merge(2, 1, t < monitor%past(1)%t)), t, there, found)
+      call side_step(integrator, monitor, monitor%past(merge(2, 1, t < monitor%past(1)%t)), t, there, found)
       if (.not. found) cycle
       force = normal_forces(there)
       if (force(k) < monitor%forces(k, 2)) there = monitor%past(1)
@@ -137,8 +137,8 @@ contains
 
   !> The motion at a time t near the end `old` of a step. A separate step leads there, in as many parts as the energy
   !> tolerance needs. The run does not continue from this motion.
-  subroutine side_step(scheme, monitor, old, t, there, found)
-    type(scheme_type), intent(in) :: scheme
+  subroutine side_step(integrator, monitor, old, t, there, found)
+    type(integrator_type), intent(in) :: integrator
     type(run_monitor_type), intent(inout) :: monitor
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: t                    !! [s]
@@ -156,7 +156,7 @@ contains
         there = old
         do i = 1, 2**halvings
           from = there
-          call advance(w, scheme, from, (t - old%t)/2**halvings, there, evaluations, status)
+          call advance(w, integrator, from, (t - old%t)/2**halvings, there, evaluations, status)
           monitor%run%evaluations = monitor%run%evaluations + evaluations
           if (status /= step_ok) exit
         end do

@@ -4,7 +4,7 @@ module rigid_run
   use events, only: never
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: energy_rounding
+  use integrators, only: energy_rounding
   use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, rule_type, start_motion, step_ok
   use row_sink, only: at_event, at_impact
   use run_monitor, only: normal_forces, passed_peak, instant, run_monitor_type

@@ -437,7 +437,7 @@ contains
     case default
       return
     end select
-    lines = lines//'this formulation does not use &material, &contact model, &integrator scheme, order, beta, gamma, '// &
+    lines = lines//'this formulation does not use &material, &contact model, &integrator order, beta, gamma, '// &
       'tolerance and max_iterations, and &table except lateral, roll and drop, at which a derailed run ends'//newline
   end subroutine add_formulation
 
