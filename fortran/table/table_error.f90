@@ -20,7 +20,7 @@ module table_error
   use station_scan, only: new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: mirror, pair_type, rail_point, rolled
   use kinds, only: dp
-  use progress, only: build_share, goes_on, monitor_type
+  use progress, only: goes_on, monitor_type
   use halfspace_patches, only: force_between, patches_type, press_patches
   use patch_grids, only: elements_type
   use contact_table, only: accuracy_type, table_type, find_roll, wheel_potential
@@ -58,7 +58,7 @@ contains
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: place(:)       ! of the accuracy: tread, flange, both, rolling over
     logical, allocatable :: touching(:, :), solved(:)
-    integer :: wanted(2), drawn(2), failed, done, i, k, n, z
+    integer :: wanted(2), drawn(2), failed, i, k, n, z
     logical :: usable, known
 
     stopped = .false.
@@ -87,10 +87,9 @@ contains
     end do
     elements = elements_type(elements_x, elements_s, tolerance, request%e_star, request%influence == 'flat', .true.)
     n = sum(drawn)
-    done = 0
-    !$omp parallel do schedule(dynamic) shared(done, stopped)
+    !$omp parallel do schedule(dynamic) shared(stopped)
     do i = 1, n
-      if (.not. goes_on([build_share, 1.0_dp], done, n, stopped, watcher)) cycle
+      if (.not. goes_on(stopped, watcher)) cycle
       call compare_forces(request, elements, table, pose(:, i), error(i), touching(:, i), solved(i))
     end do
     if (stopped) return
