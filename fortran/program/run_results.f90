@@ -174,8 +174,7 @@ contains
       points = points//str(table%zones(k)%u%n)//' x '//str(table%roll%n)//' x '//str(table%zones(k)%q%n)
     end do
     call items%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
-    associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved, &
-      pulling => table%accuracy%pulling)
+    associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved)
       if (any(poses > 0)) call items%append('error of the contact force, rms (largest), relative to '//floored_force//':'//newline)
       do k = 1, size(group)
         if (poses(k) > 0) call items%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
@@ -185,9 +184,6 @@ contains
         ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
       if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)// &
         ' direct evaluations did not converge; the stated error leaves them out')
-      if (pulling > 0) call items%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
-        trim(merge(' ', 's', pulling == 1))//' at which the contact would pull, where a run stops; lower &table accuracy or '// &
-        'raise n_lateral, n_roll, n_depth')
       if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call items%warn(what//': expected an rms error of at most '// &
         '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
       if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call items%warn(what//': expected an rms error '// &
