@@ -1,13 +1,13 @@
-"""Write into the pages what they take from the program: tables of variables, columns and results, and measured results.
+"""Write into the pages what they take from the program: tables of variables, columns, constants and measured results.
 
-    python docs/make_tables.py             writes the tables and the numbers
+    python docs/make_tables.py             writes the tables
     python docs/make_tables.py --check     fails where a page has other ones
 
 It writes the types of the variables of a case, `wrappers/ldbench/_core/case_types.pyi`, too.
 
 A table stands between the comments `<!-- table: NAME -->` and `<!-- end of table -->`. Names, units, defaults and ranges
-are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it. Measured
-results are those of docs/measured.json; `quotes.py` says how a page quotes them.
+are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it, and when
+a page lacks a table of PAGES or has another one. Measured results come by `quotes.py`, constants by `constants.py`.
 """
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import constants
 from ldbench import Case, case, run
 from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
@@ -25,10 +26,20 @@ from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
 from ldbench_round.own_runs import yardsticks
-from quotes import TABLES as MEASURED_TABLES, measured, quoted, run_table, table
+from quotes import (
+    TABLES as MEASURED_TABLES,
+    build_table,
+    formulation_table,
+    mistake_table,
+    need_table,
+    run_table,
+    short_table,
+    table,
+)
 
 DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
+TABLE = re.compile(r"^<!-- table: (.*) -->$", re.MULTILINE)
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
 # What the names of groups do not say.
@@ -57,7 +68,8 @@ COLUMNS = {
     "y_C, z_C": "position of the contact point, from the track's centre and from the top of rail",
     "radius_C": "rolling radius: distance of the contact point from the axle's axis",
     "F_ext": "external lateral force at the centre of gravity",
-    "M_gyro": "moment about Z with which the yaw constraint holds the wheelset: pitch inertia × pitch rate × roll rate",
+    "M_gyro": "moment with which the yaw constraint holds the wheelset, about its own vertical axis, which leans with the roll: "
+              "pitch inertia × pitch rate × roll rate",
     "KE_long, KE_lat, KE_vert, KE_roll, KE_pitch": "kinetic energies; those of forward motion and pitch are constant",
     "PE_grav, PE_load": "potential energies of the weight and of the vertical load, zero at Z = 0",
     "PE_elastic_L, PE_elastic_R": "elastic energy of the contacts of the left and the right wheel, zero without contact",
@@ -125,7 +137,6 @@ RESULTS = {
 
 def main(words: list[str]) -> int:
     stale = []
-    values = measured()
     if TYPES.read_text() != case_types():
         stale.append(TYPES.name)
         if "--check" not in words:
@@ -133,25 +144,26 @@ def main(words: list[str]) -> int:
     for path in (DOCS.parent/"README.md", *sorted(DOCS.glob("*.md"))):
         page = path.name
         old = path.read_text()
-        new = quoted(filled(old, PAGES.get(page, {})), values)
+        new = filled(old, PAGES.get(page, {}))
         if new != old:
             stale.append(page)
             if "--check" not in words:
                 path.write_text(new)
     if "--check" in words and stale:
-        print(f"docs: expected the tables and measured results of the program in {', '.join(stale)}, found others. "
+        print(f"docs: expected the tables of the program in {', '.join(stale)}, found others. "
               "Run python docs/make_tables.py", file=sys.stderr)
         return 1
     return 0
 
 
 def filled(text: str, tables: dict[str, Callable[[], str]]) -> str:
-    """A page with its tables made anew."""
+    """A page with its tables made anew. SystemExit if it has other tables than these."""
+    if others := set(TABLE.findall(text)) ^ tables.keys():
+        raise SystemExit(f"docs: expected the tables {', '.join(tables) or 'none'} in a page, found differences: "
+                         f"{', '.join(sorted(others))}")
     for name, make in tables.items():
         start, end = f"<!-- table: {name} -->\n", "<!-- end of table -->"
-        before, found, rest = text.partition(start)
-        if not found:
-            raise SystemExit(f"docs: expected the comment {start.strip()}, found none")
+        before, _, rest = text.partition(start)
         text = f"{before}{start}\n{make()}\n{end}{rest.partition(end)[2]}"
     return text
 
@@ -229,8 +241,9 @@ def result_table() -> str:
     """Every result of a run."""
     short = run(Case.exercise(1).replace(formulation="unilateral", t_end=1e-3, table_file=""))
     kinds = {f"n_{re.sub('[ -]', '_', kind)}" for kind in event_kinds()}
-    told = {re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name) for name in short.results.keys() - kinds} | {"n_KIND"}
     explained = {name for names in RESULTS for name in names.split(", ")}
+    told = {name if name in explained else re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name) for name in short.results.keys() - kinds}
+    told.add("n_KIND")
     if told != explained:
         raise SystemExit(f"docs: expected a meaning of every result in {__file__}, found differences: {sorted(told ^ explained)}")
     for names, (si, _) in RESULTS.items():
@@ -276,12 +289,18 @@ def horizon_table() -> str:
 
 
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
-    "input.md": {"ten runs": run_table, "variables": variable_tables},
-    "output.md": {"columns": column_table, "results": result_table, "events": event_list},
+    "README.md": {"results in short": short_table, "needs": need_table},
+    "input.md": {"the call": constants.call_table, "clearances": constants.clearance_table, "ten runs": run_table,
+                 "variables": variable_tables},
+    "output.md": {"columns": column_table, "results": result_table, "events": event_list, "limits": constants.output_table},
+    "profiles.md": {"limits": constants.smoothing_table},
     "commands.md": {"commands": command_table},
-    "compare.md": {"units": unit_list},
+    "compare.md": {"units": unit_list, "formulations": formulation_table},
     "accuracy.md": MEASURED_TABLES,
-    "organiser.md": {"horizons": horizon_table},
+    "install.md": {"builds": build_table},
+    "organiser.md": {"limits": constants.reading_table, "horizons": horizon_table},
+    "participant.md": {"findings": constants.check_table, "files": mistake_table},
+    "theory.md": {"constants": constants.theory_table},
 }
 
 if __name__ == "__main__":
