@@ -72,7 +72,6 @@ module case
     real(dp) :: interval = 1e-4_dp
     character(text_length) :: rows = 'interval_and_events'
     character(text_length) :: pressures = 'yes'
-    character(text_length) :: geometry_file = ''
   end type case_type
 
   !> One namelist variable; exactly one of the pointers is set.
@@ -191,7 +190,6 @@ contains
       'rows at equal intervals, and also at events, changes of contact and peaks of force')
     call all%add('output', 'pressures', c%pressures, 'yes no', &
       'whether the results have the largest pressure and the pressures of flanges, of the model halfspace')
-    call all%add('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
     list = all%list(:all%n)
   end subroutine list_variables
 

@@ -62,15 +62,15 @@ contains
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(48), parameter :: names(9) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
+    character(48), parameter :: names(8) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
       '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
-      '&table file of the right side', '&output file', '&output geometry_file']
+      '&table file of the right side', '&output file']
     integer, parameter :: first_written = 6
     character(max(len(file), text_length + 12)) :: paths(size(names))     ! the default output path adds 12 characters
     integer :: i, j
 
     paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
-      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c), c%geometry_file]
+      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c)]
     if (file == 'standard input') paths(1) = '-'
     do i = first_written, size(names)
       if (paths(i) == '') cycle

@@ -1,7 +1,7 @@
 !> Steps of a run with elastic contacts.
 module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use geometry_functions, only: geometry_at
+  use rigid_geometry, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
   use errors, only: error_type, fatal_error
   use kinds, only: dp

@@ -5,7 +5,7 @@ module run_setup
   use case, only: case_type
   use contact_zones, only: find_zones, least_turn, side_type
   use errors, only: error_type, fatal_error
-  use geometry_functions, only: clearance, rigid_contact
+  use rigid_geometry, only: clearance, rigid_contact
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
   use placement, only: place_profiles

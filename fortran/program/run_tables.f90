@@ -5,7 +5,7 @@ module run_tables
   use contact_zones, only: side_type
   use errors, only: error_type, fatal_error
   use fingerprint, only: table_sources
-  use geometry_functions, only: clearance
+  use rigid_geometry, only: clearance
   use hertz, only: contact_modulus
   use kinds, only: degree, dp
   use profile, only: profile_type
