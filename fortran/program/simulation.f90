@@ -2,8 +2,8 @@
 !>
 !> 1. `read_case` reads the namelist and `check_case` checks it, before this module is called.
 !> 2. `prepare` places the wheels on the rails, loads the contact tables or builds them, and finds the pose of rest.
-!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is cut (`elastic_run`,
-!>    `rigid_run`). After each step events are watched for, and rows, peaks and the energy balance are noted.
+!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is cut (`cut_steps`,
+!>    `rigid_steps`). After each step events are watched for, and rows, peaks and the energy balance are noted.
 !> 4. `run_results` tells what the run came to, after this module has returned.
 module simulation
   use case, only: case_type
@@ -88,7 +88,7 @@ contains
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*h
         if (elastic) then
-          call elastic_step(integrator, motion, monitor, h, 0, error)
+          call elastic_step(integrator, motion, monitor, h, error)
         else
           call rigid_step(rigid, motion, monitor, h, error)
         end if
