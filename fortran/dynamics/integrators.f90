@@ -6,6 +6,7 @@
 !> order 6  with eleven: S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations.
 module integrators
   use kinds, only: dp
+  use linear_solver, only: solve_linear
   use motion_state, only: motion_type
   use zone_tables, only: inside
   use wheelset, only: contact_state, contacts, external_force, symmetric, total, wheelset_type
@@ -186,6 +187,7 @@ contains
     type(motion_type), intent(inout) :: new
     integer, intent(out) :: evaluations, status
     real(dp) :: m(3), f(3), predicted(3), residual(3), tangent(3, 3), move(3)
+    logical :: ok
 
     m = w%inertia()
     f = external_force(w, new%t)
@@ -197,7 +199,9 @@ contains
       if (new%contact%status /= inside) exit
       residual = m*(new%q - predicted)/(integrator%beta*dt**2) + new%contact%gradient - f
       tangent = symmetric(new%contact%hessian) + diagonal(m/(integrator%beta*dt**2))
-      move = solve(tangent, residual)
+      move = residual
+      call solve_linear(tangent, move, ok)
+      if (.not. ok) exit
       new%q = new%q - move
       if (maxval(abs(move)) <= integrator%tolerance) status = step_ok
       if (status == step_ok) exit
@@ -231,21 +235,5 @@ contains
     a(2, 2) = d(2)
     a(3, 3) = d(3)
   end function diagonal
-
-  !> x = A^-1 b by cofactors.
-  pure function solve(a, b) result(x)
-    real(dp), intent(in) :: a(3, 3), b(3)
-    real(dp) :: x(3), c(3, 3)
-    integer :: i, j, k
-
-    do i = 1, 3
-      j = mod(i, 3) + 1
-      k = mod(j, 3) + 1
-      c(1, i) = a(j, 2)*a(k, 3) - a(j, 3)*a(k, 2)
-      c(2, i) = a(j, 3)*a(k, 1) - a(j, 1)*a(k, 3)
-      c(3, i) = a(j, 1)*a(k, 2) - a(j, 2)*a(k, 1)
-    end do
-    x = (c(:, 1)*b(1) + c(:, 2)*b(2) + c(:, 3)*b(3))/(a(1, 1)*c(1, 1) + a(1, 2)*c(2, 1) + a(1, 3)*c(3, 1))
-  end function solve
 
 end module integrators

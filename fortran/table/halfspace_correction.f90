@@ -58,9 +58,9 @@ contains
     n = min(first_points, request%most)
     do z = 1, size(table%zones)
       associate (t => table%zones(z))
-        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(request%extent, n(2)), &
+        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%past_root, n(1)), first_roll(request%extent, n(2)), &
           new_axis(first_depths(n(3), t%q%high)), &
-          [merge(least_flange, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
+          [merge(least_flange, least_tread, t%past_root), 2*least_roll, 2*least_q], 1.0_dp)
       end associate
     end do
     call adapt(c, rules_type(request%most, most_values, most_rounds), stopped, watcher)

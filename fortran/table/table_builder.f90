@@ -112,7 +112,7 @@ contains
     n = min(first_points, energy%request%most)
     associate (pair => energy%request%side%pair, zone => energy%request%side%zones(z), extent => energy%request%extent, &
       t => energy%table%zones(z))
-      t%flange = zone%flange
+      t%past_root = zone%past_root
       t%pole = zone%pole
       t%along = [cos(zone%alpha), sin(zone%alpha)]
       ! In the reference pose the zone just touches, where the wheelset is likely to be when it does.
@@ -122,7 +122,7 @@ contains
       t%tip = tip_coordinate(pair, t, zone%first)
       corners = [-extent%lateral - centre(1), extent%lateral - centre(1)]*t%along(1) &
         + [-extent%drop, extent%lift]*t%along(2)
-      u = first_u(corners(1), corners(2), zone%flange, n(1))
+      u = first_u(corners(1), corners(2), zone%past_root, n(1))
       roll = first_roll(extent, n(2))
       q = new_axis([(((i - 1)/real(n(3) - 1, dp))**grading*sqrt(extent%depth), i=1, n(3))])
     end associate

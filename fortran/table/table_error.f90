@@ -122,7 +122,7 @@ contains
       station = zones(z)%first + nint(x(1)*(min(zones(z)%last, rim) - zones(z)%first))
       pose(3) = extent%service_roll*(2*x(2) - 1)
       if (rolling_over) pose(3) = extent%small_roll - (extent%small_roll + extent%largest_roll)*x(2)
-      depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%flange)*x(3)**2
+      depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%past_root)*x(3)**2
       call rail_point(pair, pair%angle(station) + pose(3), point, normal, usable)
       if (.not. usable) return
       pose(:2) = point - rolled(pair%r(:, station), pose(3)) - depth*normal
@@ -199,7 +199,7 @@ contains
     gradient = 0
     if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
     call direct_force(request, elements, pose, exact, carrying, ok)
-    touching = [any(carrying .and. .not. table%zones%flange), any(carrying .and. table%zones%flange)]
+    touching = [any(carrying .and. .not. table%zones%past_root), any(carrying .and. table%zones%past_root)]
     if (status /= inside) gradient = 0
     error = norm2(-sum(gradient(:2, :), 2) - exact)/max(norm2(exact), force_floor)
   end subroutine compare_forces

@@ -139,7 +139,7 @@ contains
     real(dp) :: numbers(8)
 
     if (.not. s%reading) then
-      head = [merge(1, 0, t%flange), t%u%n, t%q%n]
+      head = [merge(1, 0, t%past_root), t%u%n, t%q%n]
       numbers = [t%along, t%pole, t%origin, t%ceiling, t%tip]
     end if
     call pass(s, head)
@@ -149,7 +149,7 @@ contains
     if (s%reading) then
       s%ok = s%ok .and. product(head(2:) + 2)*(n_roll + 2) <= size(s%word)
       if (.not. s%ok) return
-      t%flange = head(1) == 1
+      t%past_root = head(1) == 1
       t%along = numbers(1:2)
       t%pole = numbers(3:4)
       t%origin = numbers(5:6)

@@ -57,7 +57,7 @@ contains
       do k = 1, 3
         do z = 1, size(table%zones)
           if (k == 3) table%zones(z)%s = -table%zones(z)%s
-          if (k /= 2 .or. .not. table%zones(z)%flange) cycle
+          if (k /= 2 .or. .not. table%zones(z)%past_root) cycle
           table%zones(z)%h = table%zones(z)%h - 1.0_dp
           call bound_heights(table%zones(z))
         end do

@@ -549,7 +549,7 @@ contains
       do k = 1, size(s%zones)
         zones(:, k) = [s%pair%r(1, s%zones(k)%first) - p%c%back_to_back/2, &
                        s%pair%r(1, s%zones(k)%last) - p%c%back_to_back/2, &
-                       merge(1d0, 0d0, s%zones(k)%flange), s%zones(k)%alpha]
+                       merge(1d0, 0d0, s%zones(k)%past_root), s%zones(k)%alpha]
       end do
     end associate
   end subroutine rigid_numbers
