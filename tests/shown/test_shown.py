@@ -241,7 +241,8 @@ def test_values_of_formulations(column: int, changes: dict[str, object], world: 
         "energy lost [J]": raw.c["E_lost"][-1] if "E_lost" in raw.c else 0.0}
     for words, truth in truths.items():
         cell = cells(text, words)[column]
-        slack = 2e-3 if words.startswith(("largest Y", "largest Z", "impulse until")) else 1e-5
+        # A force of rigid contacts that jumps by 200 kN between rows of 0.2 ms leaves 20 N·s of 1.6 kN·s open.
+        slack = 2e-3 if words.startswith(("largest Y", "largest Z")) else 0.013 if words.startswith("impulse") else 1e-5
         assert agree(cell, None if truth is None or np.isinf(truth) else truth, slack), (words, cell, truth)
     if not changes:
         assert int(cells(text, "lift-offs of both wheels")[0]) == raw.lift_offs("L") + raw.lift_offs("R")
@@ -270,7 +271,7 @@ def test_formulations(world: World):
             assert differing(text, lines if title.startswith("which") else [], world, labels) == [], title
     raw = world.pushed
     for words, truth in (
-            ("first left flange contact", raw.start("LF")), ("largest force of a left flange", KN*raw.peak("LF")[0]),
+            ("first left flange contact", raw.start("LF")), ("peak N, left flange", KN*raw.peak("LF")[0]),
             ("derailment", raw.t[-1]), ("lateral force at derailment", KN*raw.c["F_ext"][-1])):
         assert shown_values(world, words, 5)[0] == pytest.approx(truth, rel=5e-4), words
 
