@@ -53,7 +53,8 @@ TURNED = 0.02               # roll that lifts the other wheel [rad]
 RESULTS = ("t_first_LF", "farthest_left", "farthest_up", "turn_impulse_LF", "peak_N_LF", "peak_P_LF", "t_first_RF", "t_return",
            "lift_offs", "lost", "t_derailment", "F_derailment", "F_pulls")
 BEFORE_THE_FALL = "farthest_left", "farthest_up", "turn_impulse_LF"     # of runs without a ramp that do not derail
-SHORT = {key: OUTCOME[key].short or OUTCOME[key].words for key in RESULTS}
+EXACTNESS = "drift_relative",
+SHORT = {key: OUTCOME[key].short or OUTCOME[key].words for key in (*RESULTS, *EXACTNESS)}
 # Compared one by one, or as a matter of what a formulation can say at all.
 JUDGED = tuple(name for name in RESULTS if name not in ("peak_N_LF", "peak_P_LF", "lost", "F_pulls"))
 AGREE, DIFFER, DECIDES = "#BFE5D6", "#FCE3B4", "#F6C9B0"        # green, orange, red
@@ -124,7 +125,7 @@ def outcome(done: RunData, name: str) -> Outcome:
     keep = np.unique(np.linspace(0, len(t) - 1, 2500).astype(int))
     curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed,
               "kinetic": (c.KE_lat + c.KE_vert + c.KE_roll).to_numpy()}
-    results = {key: np.nan if known[key] is None else float(known[key]) for key in (*RESULTS, "drift_relative")}
+    results = {key: np.nan if known[key] is None else float(known[key]) for key in SHORT}
     return Outcome(done.name, name, results, why(done, known), {key: x[keep].tolist() for key, x in curves.items()}, done.pair)
 
 
@@ -177,14 +178,13 @@ def table(found: Sequence[Outcome]) -> pd.DataFrame:
     rows = []
     for case in cases_of(found):
         own = [o for o in found if o.case == case]
-        for key in RESULTS:
+        for key in (*RESULTS, *EXACTNESS):
             values = values_of(own, case, key)
             if np.isfinite(list(values.values())).any():
-                rows.append({"case": case, "result": SHORT[key], "unit": si_unit(key), **values, "spread": spread(values)})
+                rows.append({"case": case, "result": SHORT[key], "unit": si_unit(key), **values,
+                             "spread": spread(values) if key in RESULTS else ""})
         rows.append({"case": case, "result": "ending", "unit": "", **{o.formulation: o.ending for o in own},
                      "spread": "differs" if len(endings_of(own, case)) > 1 else ""})
-        rows.append({"case": case, "result": "energy drift, relative", "unit": "1", "spread": "",
-                     **values_of(own, case, "drift_relative")})
     return pd.DataFrame(rows)
 
 
