@@ -154,7 +154,7 @@ def percent(share: float) -> str:
 
 
 def exponents(peaks: Mapping[RunData, float | None]) -> list[dict[str, str]]:
-    """The power of the initial velocity with which the first flange peak [N] grows, from the slowest run of a pair to the fastest."""
+    """The power of the initial velocity with which the first flange peak [N] grows, from the slowest to the fastest run."""
     found = []
     for own in by_pair([run for run, peak in peaks.items() if peak is not None]).values():
         by_speed = {float(run.values("vY")[0]): peaks[run] for run in own}
