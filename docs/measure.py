@@ -108,8 +108,8 @@ def of_formulations(found: list[formulations.Outcome]) -> Values:
         return [100*x for x in some if np.isfinite(x)]
 
     values["formulation.t_first_LF.largest [%]"] = max(spreads("t_first_LF"))
-    values["formulation.first_impulse.least [%]"] = min(spreads("first_impulse"))
-    values["formulation.first_impulse.largest [%]"] = max(spreads("first_impulse"))
+    values["formulation.first_impulse.least [%]"] = min(spreads("turn_impulse_LF"))
+    values["formulation.first_impulse.largest [%]"] = max(spreads("turn_impulse_LF"))
     forces = []
     for outcome in found:
         if outcome.exercise == 5 and outcome.formulation == "bilateral":

@@ -149,15 +149,9 @@ class Answers:
 
 def answers(case: Case, table: ContactTable) -> Answers:
     """Run a case."""
-    run = ldbench.run(case, table=table)
-    first: dict[str, float] = {}
-    for event in run.events:
-        first.setdefault(event.kind, event.t)
-    passages = [e.t for e in run.events if e.kind == "centre passage"]
-    s = run.results
-    end = first.get("derailment") or (passages[-1] if passages else np.nan)
-    return Answers({"t_LF": first.get("left flange contact", np.nan), "t_RF": first.get("right flange contact", np.nan),
-                    "t_end": end, "F": case.lateral_ramp*first["derailment"] if case.lateral_ramp and s["derailed"] else np.nan,
+    s = ldbench.run(case, table=table).results
+    end = s["t_derailment"] if s["derailed"] else s["t_return"]
+    return Answers({"t_LF": s["t_first_LF"], "t_RF": s["t_first_RF"], "t_end": end, "F": s["F_derailment"],
                     **{name: s[f"peak_{name}"] or np.nan for name in FORCES}},
                    "derails" if s["derailed"] else "returns",
                    s["drift"]/s["kinetic_energy"] if s["kinetic_energy"] else np.nan)

@@ -361,6 +361,16 @@ def rigid_geometry(case: Case) -> Handle:
     return Handle(flat.free_prepared, address)
 
 
+def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float]:
+    """The outlines of a case's profiles in their places: wheel in the frame of the wheelset and rail in that of the track, (n, 2)
+    [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails.
+    Error where a run would refuse the profiles."""
+    handle = rigid_geometry(case)
+    sizes, (axle, roll) = flat.outline_sizes(handle)
+    left, right = ([flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (1, 2)] for side in (1, 2))
+    return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll)
+
+
 def profile_names(case: Case) -> str:
     """The names of the profiles of wheel and rail, and of the right side's where the case names them."""
     right = [f"right {name}" for name in (case.wheel_profile_right, case.rail_profile_right) if name]

@@ -26,6 +26,7 @@ from ..plots.document import drawing
 from ..plots.energies import is_ramp
 from ..plots.figures import by_pair
 from ..plots.impact import Recomputed
+from ..results.answers import answers
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
 from ..results.summary import Chaotic, summary_row
@@ -122,7 +123,7 @@ def around(whole: RunData, t: float) -> Recomputed:
 
 def first_and_hardest(whole: RunData) -> tuple[Recomputed, Recomputed] | None:
     """The first and the hardest contact of the left flange; None in a run without one."""
-    first, peak = whole.first_contact("LF"), whole.peak("LF")
+    first, peak = answers(whole)["t_first_LF"], whole.peak("LF")
     return (around(whole, first), around(whole, peak[1])) if first is not None and peak else None
 
 
