@@ -2,7 +2,7 @@
 
     python docs/measure.py report       from the files that `make report` has left in outputs/
     python docs/measure.py validate     from the files that `make validate` has left in outputs/
-    python docs/measure.py variants     runs other laws, accuracies and schemes, and writes a page; some minutes
+    python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
     python docs/measure.py times        builds both contact tables, runs the ten cases: processor times
     python docs/measure.py              does all of these
 
@@ -194,7 +194,7 @@ def of_unknown_profiles(rows: Iterable[dict[str, str]]) -> Values:
 # Runs of this program ---------------------------------------------------------------------
 
 def of_variants() -> Values:
-    """Results with other laws, accuracies and schemes, and the size of a page."""
+    """Results with other laws and accuracies, and the size of a page."""
     values: Values = {}
     second = Case.exercise(2, "aw").replace(table_file="")
     for model in "halfspace", "strip", "hertz":
@@ -202,9 +202,6 @@ def of_variants() -> Values:
         values[f"t_return.ex2_aw.{model} [ms]"] = 1e3*row["t_return"]
         values[f"drift.ex2_aw.{model} [J]"] = row["drift"]
     values["drift.ex2_aw.coarse strip [J]"] = ldbench.run(second.replace(model="strip", accuracy=0.06)).results["drift"]
-    kept = str(OUTPUTS/"aw_halfspace.table")
-    values["drift.ex2_aw.energy [J]"] = ldbench.run(second.replace(
-        table_file=kept, scheme="energy", beta=0.25, order=2, energy_tolerance=0.0, dt=2e-6)).results["drift"]
     values |= of_causes((1, 2, 3, 4))
     for exercise, peaks in of_accuracies((1, 2, 3, 4)).items():
         values[f"accuracies.ex{exercise}.spread [%]"] = 100*(max(peaks)/min(peaks) - 1)

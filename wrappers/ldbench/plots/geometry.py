@@ -33,7 +33,7 @@ Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions 
 
 
 def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
-    """The functions that `ContactTable.geometry` and the file of `&output geometry_file` have."""
+    """The functions that `ContactTable.geometry` and its file have."""
     y = MM*functions["Y"]
     left_reach, right_reach = (MM*run.result(f"clearance_{side}") for side in ("left", "right"))
     clearance = f"2 × {left_reach:.2f}" if left_reach == right_reach else f"left {left_reach:.2f}, right {right_reach:.2f}"
