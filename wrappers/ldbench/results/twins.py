@@ -5,7 +5,8 @@ the start: it is chaotic, one run is one sample of it, and what can be said of i
 """
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,3 +35,31 @@ def is_chaotic(name: str, value: float, twins: Sequence[float]) -> bool:
     if not happened.all():
         return bool(happened.any())
     return bool(np.abs(np.asarray(twins) - value).max(initial=0.0) > SAME*abs(value) + apart)
+
+
+class Spread(NamedTuple):
+    """A chaotic answer [SI]: median and range of those of the run and its twins that have it; NaN where none has."""
+
+    median: float
+    least: float
+    largest: float
+    having: int         # how many have it
+    of: int             # the run and its twins
+
+
+#: By case and name, the chaotic answers.
+Chaotic = Mapping[str, Mapping[str, Spread]]
+
+
+def spreads(row: Mapping[str, Any], twins: Sequence[Mapping[str, Any]]) -> dict[str, Spread]:
+    """The chaotic answers of a run, by their names: of the answers of the run and of its twins, None for what did not happen."""
+    found = {}
+    for name in row.keys() - {*EXACTNESS}:
+        values = [one.get(name) for one in (row, *twins)]
+        if any(isinstance(value, str | bool) for value in values):
+            continue
+        numbers = np.array([np.nan if value is None else value for value in values], float)
+        if is_chaotic(name, numbers[0], numbers[1:].tolist()):
+            have = numbers[np.isfinite(numbers)]
+            found[name] = Spread(float(np.median(have)), float(have.min()), float(have.max()), len(have), len(numbers))
+    return {name: found[name] for name in row if name in found}
