@@ -93,7 +93,7 @@ def test_a_chaotic_answer_says_so():
     assert (one.low_inputs, one.high_inputs) == (0.8, 1.5), "an input counts to one side where nothing is in proportion"
     first, _, twins, *_ = one.lines()
     assert first == "return to the centre after both flanges: 1.000000 s, chaotic: one sample"
-    assert twins == "    its twins: median 0.900000, 0.800000 to 1.200000; 3 of 3 have it"
+    assert twins == "    run and twins: median 0.950000, 0.800000 to 1.200000; 4 of 4 have it"
 
 
 def test_an_answer_that_comes_or_goes():
@@ -118,7 +118,9 @@ def test_a_ramp_is_chaotic():
     assert one.chaotic and one.name in [shown.name for shown in found.shown()]
     forces = [ldbench.run(twin).results["F_derailment"] for twin in twin_cases(case)]
     assert list(one.twins) == forces and max(forces) > 1.002*min(forces)
-    assert f"{len(forces)} of 8 have it" in " ".join(found.lines())
+    assert "9 of 9 have it" in " ".join(found.lines())
+    told = np.median([one.value, *forces])
+    assert any(f"run and twins: median {1e-3*told:.1f}, " in line for line in one.lines())
     assert not found.answers["F_limit_left"].chaotic and not found.answers["t_first_LF"].chaotic
     assert "lateral_ramp + 1 %" in [cause for _, cause in found.variations]
 
