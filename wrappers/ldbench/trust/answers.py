@@ -87,8 +87,9 @@ class Answer:
         yield f"{known.words}: {known.text(self.value)} {known.unit}".rstrip() + note
         yield f"    program leaves open: median {known.text(self.median)}, {self.span_text(self.low, self.high)}"
         for spread in spreads({self.name: self.value}, [{self.name: x} for x in self.twins]).values():
-            yield (f"    run and twins: median {known.text(spread.median)}, {known.text(spread.least)} to {known.text(spread.largest)}"
-                   f"; {spread.having} of {spread.of} have it")
+            least, largest = known.text(spread.least), known.text(spread.largest)
+            yield (f"    run and twins: median {known.text(spread.median)}, {least} to {largest}; "
+                   f"{spread.having} of {spread.of} have it")
         yield f"    with inputs: {self.span_text(self.low_inputs, self.high_inputs)}"
         causes = [self.change_text(*one) for one in self.main_causes().items()] or ["none of them moves it"]
         whole = [cause.replace(" ", HELD) for cause in causes]
