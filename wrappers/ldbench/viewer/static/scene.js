@@ -4,6 +4,7 @@
 const FOOT = 0.09;              // height of the rail that is drawn below its profile
 const ARROW = 105;              // length of the largest force [px]
 const NARROWEST = 4e-5, WIDEST = 6;     // part of the track
+const DEEPEST = 2e-3;           // a wheel deeper in its rail lies beside it
 const LOG_FROM = 1e3;           // smaller forces are drawn as points on the logarithmic scale [N]
 
 class Scene {
@@ -60,8 +61,8 @@ class Scene {
   poseOf(run, shape, at) {
     const pose = run.pose(at), factor = this.settings.gap;
     if (factor === 1 || !shape) return {...pose, aside: 0};
-    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.gap(outline, run, pose, side),
-      whole: run.clearance ?? this.gap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
+    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.lateralGap(outline, run, pose, side),
+      whole: run.clearance ?? this.lateralGap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
     const near = known.filter(({found}) => found).sort((a, b) => a.found.gap - b.found.gap)[0];
     return {...pose, aside: near ? near.side * (near.found.gap - exaggerated(near.found.gap, near.whole, factor)) : 0};
   }
@@ -169,8 +170,8 @@ class Scene {
     strokes(g, [x - 6, y, x + 6, y], [x, y - 6, x, y + 6]);
   }
 
-  // Draw the least horizontal gap between flange and rail; the number is that of the true position.
-  gap({flank, gauge}, run, pose, side) {
+  // The least horizontal distance of a flange from its rail, which the exaggeration of gaps enlarges.
+  lateralGap({flank, gauge}, run, pose, side) {
     const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
     let found = null;
     for (const [u, v] of flank) {
@@ -181,18 +182,39 @@ class Scene {
     return found;
   }
 
+  // The gap between a flange and its rail along the normal of the rail [m], below zero the approach: the point of the wheel that
+  // is nearest to the rail or deepest in it, and the foot of its normal on the rail. Null where the flange is not beside the rail.
+  normalGap({flank, gauge}, run, pose, side) {
+    const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
+    let found = null;
+    for (const [u, v] of flank) {
+      const y = side * pose.y + c * u - s * v, z = run.axle + pose.z + s * u + c * v;
+      if (atHeight(gauge, z) === null) continue;
+      let least = Infinity, own = null;
+      for (let i = 1; i < gauge.length; i++) {
+        const [ay, az] = gauge[i - 1], dy = gauge[i][0] - ay, dz = gauge[i][1] - az, length = Math.hypot(dy, dz);
+        const along = Math.min(Math.max(((y - ay) * dy + (z - az) * dz) / length ** 2, 0), 1);
+        const foot = [ay + along * dy, az + along * dz], away = Math.hypot(y - foot[0], z - foot[1]);
+        if (away < least) [least, own] = [away, {gap: away * Math.sign((z - az) * dy - (y - ay) * dz), point: [side * u, v], foot}];
+      }
+      if (own && (!found || own.gap < found.gap)) found = own;
+    }
+    return found;
+  }
+
+  // Draw the gaps of both flanges; the numbers are those of the true position.
   drawGaps(shape, run, pose) {
     const {g} = this;
     for (const [outline, side] of sidesOf(shape)) {
-      const found = this.gap(outline, run, pose, side);
-      if (!found || found.gap < -2e-3) continue;
-      const place = this.placed(run, pose, found.point), [x1, y] = this.px(...place), [x2] = this.px(side * found.rail, place[1]);
+      const found = this.normalGap(outline, run, pose, side);
+      if (!found || found.gap < -DEEPEST) continue;
+      const [x1, y1] = this.px(...this.placed(run, pose, found.point)), [x2, y2] = this.px(side * found.foot[0], found.foot[1]);
       if (x1 < -50 || x1 > this.w + 50) continue;
       g.strokeStyle = g.fillStyle = this.colour.of("muted");
       g.lineWidth = 1;
-      strokes(g, [x1, y, x2, y], [x1, y - 4, x1, y + 4], [x2, y - 4, x2, y + 4]);
-      const text = `${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`;
-      this.labels.write(text, (x1 + x2) / 2, y + 18, this.colour.of("muted"));
+      const far = Math.hypot(x2 - x1, y2 - y1) || 1, [a, b] = [4 * (y2 - y1) / far, 4 * (x2 - x1) / far];
+      strokes(g, [x1, y1, x2, y2], [x1 - a, y1 + b, x1 + a, y1 - b], [x2 - a, y2 + b, x2 + a, y2 - b]);
+      this.labels.write(gapWords(found.gap), (x1 + x2) / 2, (y1 + y2) / 2 + 18, this.colour.of("muted"));
     }
   }
 
@@ -231,7 +253,7 @@ class Scene {
       this.labels.keepArrow(x, y, ax, ay, length);
       const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
       if (inside && first)
-        found.push([`${c} ${kilonewtons(contact.N)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
+        found.push([`${c} ${forceWords(run, c, at)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
     }
     return found;
   }
@@ -291,6 +313,8 @@ class Scene {
     g.font = "12px system-ui, sans-serif";
   }
 }
+
+function gapWords(gap) { return `${gap < 0 ? "approach" : "gap"} ${Math.abs(1e3 * gap).toFixed(2)} mm`; }
 
 // A gap as it is drawn: `factor` times as large if it is small, as it is if it is whole, and in between without a step.
 function exaggerated(gap, whole, factor) {
