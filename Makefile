@@ -55,14 +55,6 @@ PYTHON  = .venv/bin/python
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
 FOLDERS = support profile contact table dynamics rigid program
 SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
-# With RIGID=no the executable has elastic contacts alone.
-ifeq ($(RIGID),no)
-  SUFFIX := -elastic$(SUFFIX)
-  BUILD  := $(BUILD)-elastic
-  SOURCES := $(wildcard fortran/program/elastic_only/*.f90) $(filter-out %/rigid_run.f90 fortran/rigid/%,$(SOURCES))
-  WARN   += -Wno-unused-dummy-argument
-  vpath %.f90 fortran/program/elastic_only
-endif
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
@@ -88,7 +80,7 @@ STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 .PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
-	$(call built,$(EXE) $(if $(RIGID),,$(if $(wildcard $(PYTHON)),$(WRAPPER))))
+	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
 # One make at a time builds in a folder. Another make waits if the system has flock.
 LOCK  = $(if $(shell command -v flock 2>/dev/null),flock build/lock)
@@ -252,11 +244,10 @@ lint: .venv/stamp
 	  done; \
 	done
 	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive -Werror=trampolines' WARN='$(WARN) -Werror')
-	$(call built,build/lint-elastic/ldbench.o BUILD=build/lint-elastic RIGID=no FFLAGS='-O1 -fopenmp -frecursive')
 
 compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
 
-$(BUILD)/flat.o: $(BUILD)/contact_pressure.o $(BUILD)/handles.o
+$(BUILD)/flat.o: $(BUILD)/handles.o
 
 $(BUILD)/%.o: wrappers/ldbench/_core/%.f90 $(OBJECTS)
 	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<

@@ -1,13 +1,13 @@
-"""Write into the pages what they take from the program: tables of variables, columns and results, and measured results.
+"""Write into the pages what they take from the program: tables of variables, columns, constants and measured results.
 
-    python docs/make_tables.py             writes the tables and the numbers
+    python docs/make_tables.py             writes the tables
     python docs/make_tables.py --check     fails where a page has other ones
 
 It writes the types of the variables of a case, `wrappers/ldbench/_core/case_types.pyi`, too.
 
 A table stands between the comments `<!-- table: NAME -->` and `<!-- end of table -->`. Names, units, defaults and ranges
-are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it. Measured
-results are those of docs/measured.json; `quotes.py` says how a page quotes them.
+are the program's; it is an error when a column or a result is not explained here, or explained and unknown to it, and when
+a page lacks a table of PAGES or has another one. Measured results come by `quotes.py`, constants by `constants.py`.
 """
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import constants
 from ldbench import Case, case, run
 from ldbench.__main__ import make_parser
 from ldbench._core.calls import descriptions
@@ -25,10 +26,20 @@ from ldbench.results.columns import UNITS
 from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
 from ldbench_round.own_runs import yardsticks
-from quotes import TABLES as MEASURED_TABLES, measured, quoted, run_table, table
+from quotes import (
+    TABLES as MEASURED_TABLES,
+    build_table,
+    formulation_table,
+    mistake_table,
+    need_table,
+    run_table,
+    short_table,
+    table,
+)
 
 DOCS = Path(__file__).resolve().parent
 TYPES = Path(case.__file__).with_name("_core")/"case_types.pyi"
+TABLE = re.compile(r"^<!-- table: (.*) -->$", re.MULTILINE)
 CONTACT = "C"       # stands for LT, LF, RT, RF
 
 # What the names of groups do not say.
@@ -57,7 +68,8 @@ COLUMNS = {
     "y_C, z_C": "position of the contact point, from the track's centre and from the top of rail",
     "radius_C": "rolling radius: distance of the contact point from the axle's axis",
     "F_ext": "external lateral force at the centre of gravity",
-    "M_gyro": "moment about Z with which the yaw constraint holds the wheelset: pitch inertia × pitch rate × roll rate",
+    "M_gyro": "moment with which the yaw constraint holds the wheelset, about its own vertical axis, which leans with the roll: "
+              "pitch inertia × pitch rate × roll rate",
     "KE_long, KE_lat, KE_vert, KE_roll, KE_pitch": "kinetic energies; those of forward motion and pitch are constant",
     "PE_grav, PE_load": "potential energies of the weight and of the vertical load, zero at Z = 0",
     "PE_elastic_L, PE_elastic_R": "elastic energy of the contacts of the left and the right wheel, zero without contact",
@@ -80,17 +92,39 @@ RESULTS = {
                                                     "rigid contacts leave fewer"),
     "end": ("", "why the run ended"),
     "t": ("s", "time of the last row"),
+    "F_limit_left, F_limit_right": ("N", "static limit: the largest lateral force at the centre of gravity with an equilibrium"),
     "farthest_left, farthest_right": ("m", "largest and smallest Y of all steps"),
-    "farthest_up": ("m", "largest Z of all steps"),
-    "t_farthest_left, t_farthest_right, t_farthest_up": ("s", "times of these"),
+    "farthest_up, farthest_down": ("m", "largest and smallest Z of all steps"),
+    "largest_roll, smallest_roll": ("rad", "largest and smallest roll of all steps"),
+    "t_farthest_left, t_farthest_right, t_farthest_up, t_farthest_down, t_largest_roll, t_smallest_roll": ("s", "times of these"),
+    "t_first_centre": ("s", "first passage of the centre after a flange has touched"),
+    "t_return": ("s", "first passage of the centre after both flanges have touched"),
+    "t_unloaded, t_derailment": ("s", "times at which a wheel lifts for good, and of the derailment"),
+    "F_unloaded, F_derailment": ("N", "lateral forces at these times"),
     "peak_N_C": ("N", "largest normal force of a contact, over all steps"),
     "t_peak_C": ("s", "time of the largest normal force"),
-    "first_peak_N_C": ("N", "LF and RF only: largest normal force of a flange until it first opens; NaN with rigid contacts"),
+    "t_first_C": ("s", "first touch of a contact; zero for one that is closed at the start. The **first contact** lasts from there "
+                  "until it first opens"),
+    "first_peak_N_C": ("N", "largest normal force of the first contact; NaN with rigid contacts"),
     "t_first_peak_C": ("s", "time of this force"),
+    "first_duration_C": ("s", "duration of the first contact"),
+    "first_impulse_C": ("N.s", "impulse of the first contact: integral of the normal force, and impulses of impacts"),
+    "turn_impulse_LF, turn_impulse_RF": ("N.s", "impulse of a flange from its first touch until the wheelset moves back"),
+    "pmax": ("Pa", "largest pressure of all contacts (model `halfspace`)"),
+    "pmax_contact": ("", "contact of the largest pressure"),
+    "t_pmax": ("s", "time of the largest pressure"),
+    "pmax_y, pmax_z": ("m", "place of the largest pressure in the frame of the track"),
+    "pmax_LF, pmax_RF": ("Pa", "largest pressure at the first peak of a flange"),
+    "patch_LF, patch_RF": ("m2", "area under pressure then"),
+    "approach_LF, approach_RF": ("m", "approach then"),
     "peak_P_C": ("N.s", "largest impulse of one impact at a contact (rigid contacts only)"),
     "t_peak_P_C": ("s", "time of the largest impulse"),
     "lost": ("J", "energy lost in impacts (rigid contacts only)"),
     "drift": ("J", "largest absolute energy error of all steps"),
+    "t_drift": ("s", "time of this error"),
+    "drift_reference": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0, or the largest work of the lateral "
+                        "force where that is zero"),
+    "drift_relative": ("", "drift over this energy"),
     "kinetic_energy": ("J", "kinetic energy of lateral, vertical and roll motion at t = 0"),
     "changes": ("", "initial values that the constraints replaced (rigid contacts only)"),
     "rows, steps, cuts, evaluations": ("", "numbers of rows, of steps, of halved steps, of evaluations of the contact forces"),
@@ -103,7 +137,6 @@ RESULTS = {
 
 def main(words: list[str]) -> int:
     stale = []
-    values = measured()
     if TYPES.read_text() != case_types():
         stale.append(TYPES.name)
         if "--check" not in words:
@@ -111,25 +144,26 @@ def main(words: list[str]) -> int:
     for path in (DOCS.parent/"README.md", *sorted(DOCS.glob("*.md"))):
         page = path.name
         old = path.read_text()
-        new = quoted(filled(old, PAGES.get(page, {})), values)
+        new = filled(old, PAGES.get(page, {}))
         if new != old:
             stale.append(page)
             if "--check" not in words:
                 path.write_text(new)
     if "--check" in words and stale:
-        print(f"docs: expected the tables and measured results of the program in {', '.join(stale)}, found others. "
+        print(f"docs: expected the tables of the program in {', '.join(stale)}, found others. "
               "Run python docs/make_tables.py", file=sys.stderr)
         return 1
     return 0
 
 
 def filled(text: str, tables: dict[str, Callable[[], str]]) -> str:
-    """A page with its tables made anew."""
+    """A page with its tables made anew. SystemExit if it has other tables than these."""
+    if others := set(TABLE.findall(text)) ^ tables.keys():
+        raise SystemExit(f"docs: expected the tables {', '.join(tables) or 'none'} in a page, found differences: "
+                         f"{', '.join(sorted(others))}")
     for name, make in tables.items():
         start, end = f"<!-- table: {name} -->\n", "<!-- end of table -->"
-        before, found, rest = text.partition(start)
-        if not found:
-            raise SystemExit(f"docs: expected the comment {start.strip()}, found none")
+        before, _, rest = text.partition(start)
         text = f"{before}{start}\n{make()}\n{end}{rest.partition(end)[2]}"
     return text
 
@@ -207,8 +241,9 @@ def result_table() -> str:
     """Every result of a run."""
     short = run(Case.exercise(1).replace(formulation="unilateral", t_end=1e-3, table_file=""))
     kinds = {f"n_{re.sub('[ -]', '_', kind)}" for kind in event_kinds()}
-    told = {re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name) for name in short.results.keys() - kinds} | {"n_KIND"}
     explained = {name for names in RESULTS for name in names.split(", ")}
+    told = {name if name in explained else re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name) for name in short.results.keys() - kinds}
+    told.add("n_KIND")
     if told != explained:
         raise SystemExit(f"docs: expected a meaning of every result in {__file__}, found differences: {sorted(told ^ explained)}")
     for names, (si, _) in RESULTS.items():
@@ -254,12 +289,18 @@ def horizon_table() -> str:
 
 
 PAGES: dict[str, dict[str, Callable[[], str]]] = {
-    "input.md": {"ten runs": run_table, "variables": variable_tables},
-    "output.md": {"columns": column_table, "results": result_table, "events": event_list},
+    "README.md": {"results in short": short_table, "needs": need_table},
+    "input.md": {"the call": constants.call_table, "clearances": constants.clearance_table, "ten runs": run_table,
+                 "variables": variable_tables},
+    "output.md": {"columns": column_table, "results": result_table, "events": event_list, "limits": constants.output_table},
+    "profiles.md": {"limits": constants.smoothing_table},
     "commands.md": {"commands": command_table},
-    "compare.md": {"units": unit_list},
+    "compare.md": {"units": unit_list, "formulations": formulation_table},
     "accuracy.md": MEASURED_TABLES,
-    "organiser.md": {"horizons": horizon_table},
+    "install.md": {"builds": build_table},
+    "organiser.md": {"limits": constants.reading_table, "horizons": horizon_table},
+    "participant.md": {"findings": constants.check_table, "files": mistake_table},
+    "theory.md": {"constants": constants.theory_table},
 }
 
 if __name__ == "__main__":

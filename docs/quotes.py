@@ -1,20 +1,19 @@
-"""Measured results on the pages: tables of docs/accuracy.md, and single numbers anywhere.
+"""Tables of measured results on the pages. No sentence has a result, so that none ages unseen.
 
-A number on a page is followed by a comment with the name of the result in docs/measured.json:
-
-    The largest energy error is 2.4e-8<!-- drift.free [J] --> J.
-
-`quoted` rewrites such numbers with as many digits as the page shows. docs/measure.py writes the file.
+docs/measured.json has the results of this program, which docs/measure.py measures. docs/stated.json has numbers that this
+program cannot measure here, each group with its source.
 """
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
+
+from ldbench.results.quantities import CONTACT_NAMES
 
 FILE = Path(__file__).resolve().parent/"measured.json"
-QUOTE = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:e-?\d+)?)<!-- (?P<name>[^<>]+?) -->")
+STATED = FILE.with_name("stated.json")
 PAIRS = "aw", "sw"
 CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4) for pair in PAIRS]
 LAWS = "strip", "hertz"
@@ -45,32 +44,9 @@ def measured() -> dict[str, float]:
     return {name: value for group in json.loads(FILE.read_text()).values() for name, value in group["values"].items()}
 
 
-# Single numbers ---------------------------------------------------------------------------
-
-def quoted(text: str, values: dict[str, float]) -> str:
-    """A page with the measured values in place of the numbers that quote them."""
-    def fresh(found: re.Match[str]) -> str:
-        if found["name"] not in values:
-            raise SystemExit(f"docs: expected a name of a result in docs/measured.json, found '{found['name']}' on a page")
-        return f"{like(found['number'], values[found['name']])}<!-- {found['name']} -->"
-
-    return QUOTE.sub(fresh, text)
-
-
-def like(shown: str, value: float) -> str:
-    """A value with the digits that a page shows: as many decimals; zeros at the end of a whole number are rounded digits."""
-    mantissa, _, exponent = shown.partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    if exponent:
-        return short(f"{value:.{decimals}e}")
-    if decimals:
-        return f"{value:.{decimals}f}"
-    return f"{round(value, len(shown.rstrip('0')) - len(shown)):.0f}"
-
-
-def short(number: str) -> str:
-    """Leave out the zero of an exponent: 1.2e-08 becomes 1.2e-8."""
-    return re.sub(r"e([-+])0(\d)", lambda found: f"e{found[1].strip('+')}{found[2]}", number)
+def stated(group: str) -> dict[str, Any]:
+    """A group of numbers from elsewhere: its source and its values by name."""
+    return json.loads(STATED.read_text())[group]
 
 
 # Tables -----------------------------------------------------------------------------------
@@ -78,6 +54,17 @@ def short(number: str) -> str:
 def two(value: float) -> str:
     """Two significant digits."""
     return f"{value:#.2g}".rstrip(".")
+
+
+def signed(value: float, digits: int = 1) -> str:
+    """A change with its sign."""
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def power(value: float) -> str:
+    """Two digits and a power of ten, without a zero in the exponent: 1.2e-8."""
+    mantissa, _, exponent = f"{value:.1e}".partition("e")
+    return f"{mantissa}e{int(exponent)}"
 
 
 def table(heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -95,7 +82,7 @@ def law_table() -> str:
         return f"{value:.0f} %" if value >= 10 else f"{value:.1f} %" if value >= 1 else f"{value:.2f} %"
 
     kinds = {"tread alone": "tread alone", "flange alone": "flange alone", "tread and flange": "tread and flange",
-             "all": "all of these", "overturning": "going over the rail, exercise 5"}
+             "all": "all of these", "overturning": "rolling over the rail, exercise 5"}
     return table(("contact", *(f"`{law}`, {pair}" for law in LAWS for pair in PAIRS)), (
         (words, *(f"{percent(v[f'law.{pair}.{kind}.{law}.rms [%]'])} ({percent(v[f'law.{pair}.{kind}.{law}.largest [%]'])})"
                   for law in LAWS for pair in PAIRS)) for kind, words in kinds.items()))
@@ -104,7 +91,7 @@ def law_table() -> str:
 def error_table() -> str:
     """Errors that contact tables of half-spaces state."""
     v = measured()
-    return table(("profiles", "tread", "flange", "both at once", "going over the rail"), (
+    return table(("profiles", "tread", "flange", "both at once", "rolling over the rail"), (
         (words, *(f"{two(v[f'table.halfspace.{name}.{place}.rms [%]'])} % "
                   f"({two(v[f'table.halfspace.{name}.{place}.largest [%]'])} %)" for place in PLACES))
         for name, words in SHAPES.items()))
@@ -126,28 +113,26 @@ def cause_table() -> str:
                "impulse, exercise 2": "impulse.ex2"}
 
     def change(x: float) -> str:
-        return f"{x:+.1f} %".replace("-", "−") if abs(x) >= 0.05 else "0.0 %"
+        return f"{signed(x)} %" if abs(x) >= 0.05 else "0.0 %"
 
     shipped = (*(f"{v[f'first.ex{k}_aw.peak [kN]']:.1f} kN" for k in (1, 2, 3, 4)), f"{v['first.ex2_aw.duration [ms]']:.2f} ms",
                f"{v['first.ex2_aw.impulse [N s]']:.0f} N s")
     return table(("change", *columns), [("as shipped", *shipped)] + [
-        (words, *(change(v[f"cause.{name}.{what} [%]"]) for what in columns.values())) for name, (words, _) in CAUSES.items()])
+        (words, *(change(v[f"cause.{name}.{what} [%]"]) for what in columns.values())) for name, (words, _) in CAUSES.items()] + [
+        ("`accuracy` of the table, finer and coarser: range", *(f"{v[f'accuracies.ex{k}.spread [%]']:.2f} %" for k in (1, 2, 3, 4)),
+         "", "")])
 
 
 def unknown_table() -> str:
     """How far the answers move with wheels and arcs that the call allows."""
     v = measured()
-
-    def change(x: float) -> str:
-        return f"{x:+.1f}".replace("-", "−")
-
     rows = []
     for name, words, exercises in (("contact", "time of the first left flange contact, exercises 1 to 4", (1, 2, 3, 4)),
                                    *(("peak", f"peak of the left flange, exercise {k}", (k,)) for k in (1, 2, 3, 4)),
                                    ("force", "lateral force at derailment, exercise 5", (5,))):
         row = [words]
         for group in UNKNOWN:
-            least, largest = (change(pick(v[f"unknown.ex{k}.{name}.{group}.{end} [%]"] for k in exercises))
+            least, largest = (signed(pick(v[f"unknown.ex{k}.{name}.{group}.{end} [%]"] for k in exercises))
                               for pick, end in ((min, "least"), (max, "largest")))
             row.append(least if least == largest else f"{least} to {largest}")
         rows.append(row)
@@ -182,7 +167,124 @@ def run_table() -> str:
     return table(heads, rows)
 
 
+def short_table() -> str:
+    """The results in short, with the section of docs/accuracy.md that has more of each."""
+    v, elements = measured(), stated("finite elements")["values"]
+    peaks = {influence: [v[f"influence.{case}.{influence}.first LF [kN]"] for case in CASES] for influence in INFLUENCES}
+    moved = [100*(x/own - 1) for influence in INFLUENCES for x, own in zip(peaks[influence], peaks["local"], strict=True)]
+    laws = [v[f"law.{pair}.all.halfspace.rms [%]"] for pair in PAIRS]
+    returns = ", ".join(f"{v[f't_return.ex2_aw.{law} [ms]']:.0f} ms" for law in ("halfspace", *LAWS))
+    spread = max(v[f"accuracies.ex{k}.spread [%]"] for k in (1, 2, 3, 4))
+    limits = ", ".join(f"{v[f'F_limit.{pair}.elastic [kN]']:.1f} kN ({pair})" for pair in PAIRS)
+    derailed = ", ".join(f"{v[f'F_derailment.{pair} [kN]']:.1f} kN ({pair})" for pair in PAIRS)
+    _, contact, pressure = max(pressures(), key=lambda one: one[2])
+    return table(("answer", "value", "section"), (
+        ("energy drift, exercises 1 to 4, at most", f"{power(v['drift.free [J]'])} J, or {power(v['drift_relative.free'])} of the "
+         "initial kinetic energy", "2"),
+        ("energy drift, exercise 5", f"{power(v['drift_relative.ramp'])} of the work of the lateral force", "2"),
+        ("Y for the given forces, against another integrator", f"within {power(v['integration.free.largest [m]'])} m; within "
+         f"{power(v['integration.ex3_sw.largest [m]'])} m in the chaotic `ex3_sw`", "3"),
+        ("force of the default table against half-spaces, rms", ", ".join(
+            f"{x:.2f} % ({pair})" for x, pair in zip(laws, PAIRS, strict=True)), "4"),
+        ("first peak of the left flange, `ex2_aw`", f"{v['first.ex2_aw.peak [kN]']:.1f} kN", "6"),
+        ("other accuracies of the table move first peaks (aw) by", f"at most {spread:.1f} %", "6"),
+        ("`influence` moves first peaks by", f"{signed(min(moved))} to {signed(max(moved))} %", "8"),
+        ("other profiles that fit the call move first peaks (aw) by",
+         f"{signed(-v['unknown.peak.fall [%]'], 0)} to {signed(v['unknown.peak.rise [%]'], 0)} %", "6"),
+        ("finite elements, not part of this program, have first peaks",
+         f"{elements['lower, least [%]']} to {elements['lower, largest [%]']} % lower", "8"),
+        ("largest pressure of exercises 1 to 4", f"{pressure:.1f} GPa, {CONTACT_NAMES[contact]}", "8"),
+        ("return of `ex2_aw` with `halfspace`, `strip`, `hertz`", returns, "6"),
+        ("static limit of exercise 5", f"{limits}; rigid contact agrees within {v['F_limit.difference [%]']:.3f} %", "7"),
+        ("derailment of the shipped run, one sample of a chaotic motion", derailed, "7"),
+        ("checks of `make validate`, all inside their bars", f"{v['checks.all']:.0f}", "10")))
+
+
+def drift_table() -> str:
+    """The energy drift of exercise 2 by law and scheme."""
+    v = measured()
+    rows = {"`halfspace`": "halfspace", "`strip`": "strip", "`hertz`": "hertz",
+            "`strip`, a coarse table (`accuracy = 0.06`)": "coarse strip",
+            "`halfspace`, `scheme = 'energy'`, steps of 2 µs": "energy"}
+    return table(("exercise 2, actual profiles", "largest drift [J]"),
+                 ((words, power(v[f"drift.ex2_aw.{name} [J]"])) for words, name in rows.items()))
+
+
+def closed_form_table() -> str:
+    """What the program gives where a closed form is known."""
+    v = measured()
+    frequency = "frequency.{}.lateral.{} [Hz]"
+    rows = [(f"lateral frequency at rest, {pair}: Hertz's law on cones",
+             *(f"{v[frequency.format(pair, kind)]:.5f} Hz" for kind in ("halfspace", "closed form"))) for pair in PAIRS]
+    return table(("answer", "ldbench", "closed form"), [
+        *rows, ("Hertzian ellipses of axis ratios 1:20 to 20:1", f"within {v['halfspace.ellipses [%]']:.2f} %", ""),
+        ("cone on a plane", f"within {v['halfspace.cone [%]']:.2f} %", "")])
+
+
+def pressures() -> list[tuple[str, str, float]]:
+    """Case, contact and largest pressure [GPa] of the runs of exercises 1 to 4."""
+    found = [(name.removesuffix(" [GPa]").split(".")[1:], value) for name, value in measured().items() if name.startswith("pmax.")]
+    return [(case, contact, value) for (case, contact), value in found if case in CASES]
+
+
+def pressure_table() -> str:
+    """The largest pressure of every run, with contact and time."""
+    v = measured()
+    return table(("case", "largest pressure [GPa]", "contact", "time [ms]"), (
+        (f"`{case}`", f"{value:.1f}", CONTACT_NAMES[contact], f"{v[f't_pmax.{case} [ms]']:.1f}")
+        for case, contact, value in pressures()))
+
+
+def known_table() -> str:
+    """What is known of the errors of the model from outside of this program."""
+    elements = stated("finite elements")
+    v = elements["values"]
+    return table(("what the model leaves out", "effect on the first peak of the left flange", "source"), (
+        ("bodies of the size and shape of wheel and rail in place of half-spaces",
+         f"{v['lower, least [%]']} to {v['lower, largest [%]']} % lower", elements["source"]),))
+
+
+def formulation_table() -> str:
+    """How results depend on the formulation."""
+    v = measured()
+    impulse = [v[f"formulation.first_impulse.{end} [%]"] for end in ("least", "largest")]
+    force = [v[f"formulation.F_derailment.{end} [kN]"] for end in ("least", "largest")]
+    pulls = " and ".join(f"{v[f'F_pulls.{pair} [kN]']:.0f} kN ({pair})" for pair in PAIRS)
+    return table(("result", "depends on the formulation?"), (
+        ("time of the first flange contact", f"no, within {v['formulation.t_first_LF.largest [%]']:.1f} %"),
+        ("impulse of that contact", f"by {impulse[0]:.1f} to {impulse[1]:.1f} %"),
+        ("all later motion in exercises 1 to 3", "yes"),
+        ("exercise 4, actual profiles", "yes: it derails in `bilateral` alone, where rolling over the left flange takes "
+         f"{v['climb.aw [J]']:.0f} J of {v['drift_reference.ex4_aw [J]']:.0f} J"),
+        ("force at which exercise 5 overturns", f"{force[0]:.0f} to {force[1]:.0f} kN in `elastic` and `unilateral`; `bilateral` "
+         f"cannot overturn: from {pulls} on its right rail pulls the wheel down")))
+
+
+def need_table() -> str:
+    """Time and disk space."""
+    v = measured()
+    return table(("what", "needs"), (
+        ("system", "Linux; the executable alone on Windows. Otherwise a container or WSL"),
+        ("a contact table, which is kept", f"{v['time.table [s]']:.0f} s of processor time"),
+        ("the ten runs besides", f"{v['time.runs [s]']:.0f} s of processor time"),
+        ("a report", f"{v['size.report [MB]']:.0f} MB, of which {v['size.ex5 [MB]']:.0f} MB are column files of exercise 5"),
+        ("a page of `ex5_aw`", f"{v['page.ex5_aw [MB]']:.1f} MB; its column file has {v['size.ex5_aw [MB]']:.0f} MB")))
+
+
+def build_table() -> str:
+    """Deviations of other builds."""
+    return table(("build", "exercises 1 to 4: Y [m]", "N [N]", "exercise 5: Y [m]", "N [N]"), (
+        (words, *(f"{x:g}" for x in values)) for words, values in stated("builds")["values"].items()))
+
+
+def mistake_table() -> str:
+    """What the check finds in files of a stranger to it."""
+    v = stated("check")["values"]
+    return table(("files", "how many", "outcome"), ((words, str(n), outcome) for words, (n, outcome) in v.items()))
+
+
 TABLES = {
-    "laws": law_table, "influence": influence_table, "causes": cause_table, "errors of half-space tables": error_table,
-    "unknown profiles": unknown_table, "forces of exercise 5": force_table,
+    "results in short": short_table, "drifts": drift_table, "closed forms": closed_form_table, "largest pressures": pressure_table,
+    "known limits": known_table, "laws": law_table, "influence": influence_table, "causes": cause_table,
+    "errors of half-space tables": error_table, "unknown profiles": unknown_table, "forces of exercise 5": force_table,
 }

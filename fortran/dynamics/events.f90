@@ -20,7 +20,7 @@ module events
   use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
   implicit none
   private
-  public :: event_log, watch, event_kinds, elastic_kinds, impact, kept
+  public :: event_log, event_type, watch, event_kinds, elastic_kinds, impact, kept, never
 
   character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
@@ -38,22 +38,30 @@ module events
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp    !! from the centre, before a passage counts [m]
 
+  real(dp), parameter :: never = huge(1.0_dp)
+
   type :: event_type
     integer :: kind = 0
-    real(dp) :: t = 0              !! [s]
+    real(dp) :: t = never          !! [s]
     real(dp) :: force = 0          !! lateral force at the time of the event [N]
     real(dp) :: angle = 0          !! contact angle of a flange contact; 0 if not known [rad]
     real(dp) :: impulse(4) = 0     !! impulse of an impact, by contact [N s]
     real(dp) :: loss = 0           !! energy lost in an impact [J]
   end type event_type
 
+  !> Times are `never` for what has not happened.
   type :: event_log
     integer :: n = 0
     type(event_type) :: list(kept*size(event_kinds) + kept_impacts)
     integer :: counts(size(event_kinds)) = 0
     logical :: away = .false.         !! the wheelset has left the centre since the last passage
-    logical :: returned = .false.     !! the wheelset has returned to the centre after contacts of both flanges
-    logical :: derailed = .false.
+    real(dp) :: touched(4) = never    !! first touch of each contact [s]
+    real(dp) :: opened(4) = never     !! first opening of each contact [s]
+    real(dp) :: passed = never        !! first passage of the centre after a flange has touched [s]
+    real(dp) :: returned = never      !! first passage of the centre after both flanges have touched [s]
+    real(dp) :: lifted(2) = never     !! last lift-off of the left and of the right wheel [s]
+    type(event_type) :: derailed      !! the derailment
+    type(event_type) :: unloaded      !! the last lift-off of the wheel that is off its rail at the derailment
     integer :: n_moments = 0
     real(dp) :: moments(most_moments) = 0   !! times of events and of changes of contacts in the last step [s]
   end type event_log
@@ -86,18 +94,19 @@ contains
         if (wheel_met .and. .not. wheel_was_on) &
           call record(log, w, event_type(landing(k), min(closing(tread(k)), closing(flange(k)))))
         if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(tread(k)) .or. is_closed(flange(k)))) &
-          call record(log, w, event_type(lift_off(k), max(opening(tread(k)), opening(flange(k)))))
+          call note_lift_off(k, max(opening(tread(k)), opening(flange(k))))
       end do
       do k = 1, 4
         if (is_closed(k) .and. .not. was_closed(k)) call add_moment(log, closing(k))
         if (was_closed(k) .and. .not. is_closed(k)) call add_moment(log, opening(k))
+        if (met(k) .and. .not. was_closed(k)) log%touched(k) = min(log%touched(k), closing(k))
+        if ((met(k) .or. was_closed(k)) .and. .not. is_closed(k)) log%opened(k) = min(log%opened(k), opening(k))
       end do
     end if
     log%away = log%away .or. abs(old%q(1)) > aside
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
-      log%returned = log%returned .or. all(log%counts(flange_contact) > 0)
-      call record(log, w, event_type(centre_passage, zero_between(old%q(1), new%q(1))))
+      call note_passage(zero_between(old%q(1), new%q(1)))
     end if
     if (any(new%contact%pulls .and. .not. old%contact%pulls)) &
       call record(log, w, event_type(rail_pulls, new%t - dt*share_of_pull(old, new)))
@@ -107,10 +116,26 @@ contains
 
   contains
 
+    subroutine note_lift_off(k, t)
+      integer, intent(in) :: k               !! 1 left, 2 right
+      real(dp), intent(in) :: t              !! [s]
+
+      log%lifted(k) = t
+      call record(log, w, event_type(lift_off(k), t))
+    end subroutine note_lift_off
+
+    subroutine note_passage(t)
+      real(dp), intent(in) :: t              !! [s]
+
+      if (any(log%counts(flange_contact) > 0)) log%passed = min(log%passed, t)
+      if (all(log%counts(flange_contact) > 0)) log%returned = min(log%returned, t)
+      call record(log, w, event_type(centre_passage, t))
+    end subroutine note_passage
+
     !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
     subroutine watch_flange_tips()
       real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
-      real(dp) :: tip(2, 2), tip_before(2, 2), over(2), over_before(2), past(2), past_before(2), force(3)
+      real(dp) :: tip(2, 2), tip_before(2, 2), over(2), over_before(2), past(2), past_before(2)
 
       tip = flange_tips(new%q, side)
       over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
@@ -121,14 +146,17 @@ contains
         if (over(k) > 0 .and. over_before(k) <= 0) &
           call record(log, w, event_type(over_rail(k), zero_between(over_before(k), over(k))))
       end do
-      if (log%derailed) return
+      if (log%derailed%t < never) return
       past = tip(1, :) - side%pair%crown
       past_before = min(tip_before(1, :) - side%pair%crown, 0.0_dp)
-      force = external_force(w, new%t)
       do k = 1, 2
-        if (past(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*force(1) < 0) cycle
-        log%derailed = .true.
-        call record(log, w, event_type(derailment, zero_between(past_before(k), past(k))))
+        if (past(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*lateral_force(w, new%t) < 0) cycle
+        log%derailed = event_type(derailment, zero_between(past_before(k), past(k)))
+        log%derailed%force = lateral_force(w, log%derailed%t)
+        call record(log, w, log%derailed)
+        if (any(is_closed([tread(3 - k), flange(3 - k)]))) cycle
+        log%unloaded = event_type(lift_off(3 - k), log%lifted(3 - k))
+        log%unloaded%force = lateral_force(w, log%unloaded%t)
       end do
     end subroutine watch_flange_tips
 
@@ -205,16 +233,24 @@ contains
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w
     type(event_type), intent(in) :: event
-    real(dp) :: force(3)
 
     call add_moment(log, event%t)
     log%counts(event%kind) = log%counts(event%kind) + 1
     if (log%counts(event%kind) > merge(kept_impacts, kept, event%kind == impact)) return
     log%n = log%n + 1
     log%list(log%n) = event
-    force = external_force(w, event%t)
-    log%list(log%n)%force = force(1)
+    log%list(log%n)%force = lateral_force(w, event%t)
   end subroutine record
+
+  !> The external lateral force at a time t [s], [N].
+  pure real(dp) function lateral_force(w, t)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: t
+    real(dp) :: force(3)
+
+    force = external_force(w, t)
+    lateral_force = force(1)
+  end function lateral_force
 
   subroutine add_moment(log, time)
     type(event_log), intent(inout) :: log

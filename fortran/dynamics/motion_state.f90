@@ -14,6 +14,7 @@ module motion_state
     real(dp) :: jerk(3) = 0            !! growth of the accelerations in the last two steps; predicts the next implicit step
     real(dp) :: dt = 0                 !! the last implicit step [s]
     real(dp) :: work = 0               !! work of the lateral force since the start [J]
+    real(dp) :: push(4) = 0            !! integral of each normal force since the start, with the impulses of impacts [N s]
     type(contact_state) :: contact = contact_state()    !! at q
     ! The next components are for rigid contacts.
     real(dp) :: impulse(4) = 0         !! impulses of all impacts so far, by contact [N s]

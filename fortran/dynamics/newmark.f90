@@ -158,6 +158,7 @@ contains
     evaluations = 0
     do i = 1, size(drift)
       new%v = new%v + kick(i)*dt*new%a
+      new%push = new%push + kick(i)*dt*push_of(new)
       move = drift(i)*dt*new%v
       force = external_force(w, new%t + 0.5_dp*drift(i)*dt)
       new%work = new%work + force(1)*move(1)
@@ -168,6 +169,7 @@ contains
       if (status /= inside) return
     end do
     new%v = new%v + kick(size(kick))*dt*new%a
+    new%push = new%push + kick(size(kick))*dt*push_of(new)
     new%t = old%t + dt
   end subroutine kick_and_drift
 
@@ -194,7 +196,16 @@ contains
     new%dt = dt
     force = external_force(w, old%t + dt/2)
     new%work = old%work + force(1)*(new%q(1) - old%q(1))
+    new%push = old%push + dt*((1 - scheme%gamma)*push_of(old) + scheme%gamma*push_of(new))
   end subroutine second_order_step
+
+  !> Normal forces of the contacts [N].
+  pure function push_of(motion) result(force)
+    type(motion_type), intent(in) :: motion
+    real(dp) :: force(4)
+
+    force = sqrt(motion%contact%slope(1, :)**2 + motion%contact%slope(2, :)**2)
+  end function push_of
 
   pure subroutine advance_newmark(w, scheme, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w

@@ -9,7 +9,7 @@ module wheelset
   use wheel_rail_pair, only: mirror
   implicit none
   private
-  public :: wheelset_type, contact_state, closed, contacts, total, external_force, symmetric, settle, find_rest, &
+  public :: wheelset_type, contact_state, closed, contacts, total, external_force, symmetric, settle, hold, find_rest, &
     small_oscillations, contact_name
   public :: left_tread, left_flange, right_tread, right_flange, other_side
 

@@ -72,6 +72,7 @@ module case
     character(text_length) :: output_file = ''
     real(dp) :: interval = 1e-4_dp
     character(text_length) :: rows = 'interval_and_events'
+    character(text_length) :: pressures = 'yes'
     character(text_length) :: geometry_file = ''
   end type case_type
 
@@ -190,6 +191,8 @@ contains
     call all%add('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
     call all%add('output', 'rows', c%rows, 'interval_and_events interval', &
       'rows at equal intervals, and also at events, changes of contact and peaks of force')
+    call all%add('output', 'pressures', c%pressures, 'yes no', &
+      'whether the results have the largest pressure and the pressures of flanges, of the model halfspace')
     call all%add('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
     list = all%list(:all%n)
   end subroutine list_variables

@@ -53,8 +53,9 @@ contains
     e%total = sum([e%kinetic, e%gravity, e%load]) + (e%elastic(1) + e%elastic(2))
   end function energies
 
-  !> The list of columns: values in order and, if the caller asks for them, names and units. The order is defined here only.
-  subroutine list_columns(c, setup, motion, first_energy, values, n, columns)
+  !> The list of columns: values in order and, if the caller asks for them, names and units, and the stations of the wheels at
+  !> which the contacts act. The order is defined here only.
+  subroutine list_columns(c, setup, motion, first_energy, values, n, columns, stations)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(motion_type), intent(in) :: motion
@@ -62,8 +63,9 @@ contains
     real(dp), intent(out) :: values(most_columns)
     integer, intent(out) :: n
     type(column_type), intent(out), optional :: columns(most_columns)
+    real(dp), intent(out), optional :: stations(4)   !! by contact [m]
     type(energy_type) :: e
-    real(dp) :: force(3), acceleration(3), contact(7)
+    real(dp) :: force(3), acceleration(3), contact(7), station
     integer :: k
 
     force = external_force(setup%wheelset, motion%t)
@@ -85,7 +87,8 @@ contains
     call add('aZ', 'm/s2', acceleration(2))
     call add('roll_acc', 'rad/s2', acceleration(3))
     do k = 1, 4
-      call contact_columns(setup%side(merge(2, 1, k >= right_tread))%pair, motion%q, motion%contact, k, contact)
+      call contact_columns(setup%side(merge(2, 1, k >= right_tread))%pair, motion%q, motion%contact, k, contact, station)
+      if (present(stations)) stations(k) = station
       call add('angle', 'rad', contact(1), k)
       call add('N', 'N', contact(2), k)
       call add('Fy', 'N', contact(3), k)
@@ -95,7 +98,8 @@ contains
       call add('radius', 'm', contact(7), k)
     end do
     call add('F_ext', 'N', force(1))
-    call add('M_gyro', 'N.m', setup%wheelset%pitch_inertia*c%pitch_rate*motion%v(3))   ! which the yaw constraint carries
+    ! The yaw constraint carries this moment. It is about the wheelset's own vertical axis, which leans with the roll.
+    call add('M_gyro', 'N.m', setup%wheelset%pitch_inertia*c%pitch_rate*motion%v(3))
     call add('KE_long', 'J', e%kinetic(1))
     call add('KE_lat', 'J', e%kinetic(2))
     call add('KE_vert', 'J', e%kinetic(3))
@@ -131,18 +135,20 @@ contains
   end subroutine list_columns
 
   !> The quantities of one contact in a row: angle, N, Fy, Fz, y, z, radius.
-  pure subroutine contact_columns(pair, q, state, contact, row)
+  pure subroutine contact_columns(pair, q, state, contact, row, s)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: q(3)
     type(contact_state), intent(in) :: state
     integer, intent(in) :: contact           !! left tread to right flange
     real(dp), intent(out) :: row(7)
-    real(dp) :: force(3), in_wheel(2), roll, side, s, r(2), d1(2), d2(2), x(2), miss, slope
+    real(dp), intent(out) :: s               !! station of the wheel at which the resultant acts [m]; 0 if the contact is open
+    real(dp) :: force(3), in_wheel(2), roll, side, r(2), d1(2), d2(2), x(2), miss, slope
     real(dp) :: push
     logical :: shut(4)
     integer :: i, iter
 
     row = 0
+    s = 0
     shut = closed(state)
     if (.not. shut(contact)) then
       row([1, 5, 6, 7]) = ieee_value(1.0_dp, ieee_quiet_nan)

@@ -1,12 +1,13 @@
 !> Steps of a run with rigid contacts.
 module rigid_run
   use errors, only: error_type, fatal_error
+  use events, only: never
   use kinds, only: dp
   use motion_state, only: motion_type
   use newmark, only: energy_rounding
   use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, rule_type, start_motion, step_ok
   use row_sink, only: at_event, at_impact
-  use run_monitor, only: passed_peak, instant, run_monitor_type
+  use run_monitor, only: normal_forces, passed_peak, instant, run_monitor_type
   use run_setup, only: setup_type
   implicit none
   private
@@ -49,6 +50,7 @@ contains
       associate (c => monitor%c, setup => monitor%setup, run => monitor%run)
         call advance_rigid(setup%side, rigid, motion, h, evaluations, status)
         left = left - h
+        motion%push = old%push + (motion%impulse - old%impulse) + h/2*(force_of(old) + force_of(last_state(rigid, motion)))
         run%evaluations = run%evaluations + evaluations
         if (c%energy_tolerance > 0 .and. abs(rigid%state%error) > max(c%energy_tolerance, &
           energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
@@ -61,10 +63,27 @@ contains
     end do
     ! The run of a derailed wheelset ends outside what a contact table would cover.
     associate (q => motion%q, extent => monitor%c%extent, height => monitor%setup%equilibrium(2))
-      monitor%run%gone = monitor%run%log%derailed .and. (abs(q(1) + height*sin(q(3))) > extent%lateral &
+      monitor%run%gone = monitor%run%log%derailed%t < never .and. (abs(q(1) + height*sin(q(3))) > extent%lateral &
         .or. abs(q(3)) > extent%roll .or. q(2) < height - extent%drop)
     end associate
   end subroutine rigid_step
+
+  !> The motion at the end of a piece, before an impact.
+  pure type(motion_type) function last_state(rigid, motion) result(last)
+    type(rigid_type), intent(in) :: rigid
+    type(motion_type), intent(in) :: motion
+
+    last = motion
+    if (any(motion%contact%struck)) last = rigid%before
+  end function last_state
+
+  !> Normal forces [N], negative where a rail pulls.
+  pure function force_of(motion) result(force)
+    type(motion_type), intent(in) :: motion
+    real(dp) :: force(4)
+
+    force = merge(-1, 1, motion%contact%pulls)*normal_forces(motion)
+  end function force_of
 
   !> Write rows at the events of the last step and at peaks of forces. A peak is the force at the end of a step.
   subroutine note_rows(rigid, rigid_before, motion, monitor)

@@ -3,15 +3,20 @@ module run_monitor
   use case, only: case_type
   use columns, only: energies, energy_type, list_columns, most_columns
   use, intrinsic :: iso_fortran_env, only: int64
-  use events, only: event_log, watch
+  use events, only: event_log, never, watch
   use kinds, only: dp
+  use largest_pressure, only: find_pressures, flange_pressure, hardest_rows, has_pressures, moment_type, pressure_type
   use motion_state, only: motion_type
+  use root_bracket, only: bracket_type
   use row_sink, only: on_grid, row_queue, row_writer
   use run_setup, only: setup_type
   use text, only: str
+  use wheelset, only: closed, left_flange, right_flange
   implicit none
   private
   public :: run_type, run_monitor_type, passed_peak, normal_forces, instant
+
+  integer, parameter :: coordinate(6) = [1, 1, 2, 2, 3, 3], way(6) = [1, -1, 1, -1, 1, -1]   !! of the extremes
 
   !> The outcome of a run.
   type :: run_type
@@ -26,13 +31,19 @@ module run_monitor
     real(dp) :: peak_time(4) = 0           !! [s]
     real(dp) :: first_peak(4) = 0          !! largest normal force of each contact until it first opens [N]
     real(dp) :: first_peak_time(4) = 0     !! [s]
-    logical :: has_opened(4) = .false.     !! whether a contact has been closed and has opened
-    real(dp) :: extreme(3) = 0             !! farthest to the left, to the right, up from equilibrium, also between rows [m]
-    real(dp) :: extreme_time(3) = 0        !! [s]
+    real(dp) :: first_impulse(4) = 0       !! of each contact from its first touch until it first opens [N s]
+    real(dp) :: turn_impulse(2) = -1       !! of each flange from its first touch until the wheelset moves back [N s]; -1 before
+    !> Largest and smallest Y, Z and roll, also between rows; Z and roll from equilibrium [m, m, rad].
+    real(dp) :: extreme(6) = 0
+    real(dp) :: extreme_time(6) = 0        !! [s]
+    type(pressure_type) :: pressure        !! largest pressure of all contacts
+    type(flange_pressure) :: flange(2)     !! at the first peak of the left and of the right flange
     real(dp) :: largest_impulse(4) = 0     !! largest impulse of each contact in one impact [N s]
     real(dp) :: impulse_time(4) = 0        !! [s]
     real(dp) :: drift = 0                  !! largest |total energy - work + losses - initial|, over all steps [J]
+    real(dp) :: drift_time = 0             !! [s]
     real(dp) :: kinetic_energy = 0         !! initial energy of lateral, vertical and roll motion [J]
+    real(dp) :: largest_work = 0           !! largest |work of the lateral force| [J]
     real(dp) :: largest_energy = 0         !! largest energy of this motion [J]
     integer(int64) :: steps = 0
     integer(int64) :: cuts = 0             !! number of steps that were cut
@@ -53,12 +64,17 @@ module run_monitor
     type(motion_type) :: past(2)           !! the motion one and two steps ago
     real(dp) :: forces(4, 3) = 0           !! normal forces two steps ago, one step ago and now [N]
     real(dp) :: first_energy = 0           !! total energy at the start [J]
+    real(dp) :: push_before(4) = 0         !! integral of each normal force until the contact first touches [N s]
+    type(moment_type) :: first_peak(4)     !! of each contact
+    type(hardest_rows) :: hardest
   contains
     procedure :: start
     procedure :: put
     procedure :: note_step
+    procedure, private :: note_turn
     procedure :: note_forces
     procedure :: note_energy
+    procedure :: press
   end type run_monitor_type
 
 contains
@@ -73,9 +89,9 @@ contains
     this%event_rows = this%c%rows == 'interval_and_events'
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
-    this%run%peak = this%forces(:, 3)
-    this%run%first_peak = this%run%peak
-    this%run%extreme = motion%q([1, 1, 2])
+    call this%note_forces(motion)
+    this%run%extreme = motion%q(coordinate)
+    where (closed(motion%contact)) this%run%log%touched = motion%t
     e = energies(this%c, this%setup, motion)
     this%run%kinetic_energy = sum(e%kinetic(2:4))
     this%first_energy = e%total
@@ -88,10 +104,11 @@ contains
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
     integer, intent(in) :: kind            !! on_grid, at_event, at_impact
-    real(dp) :: values(most_columns)
+    real(dp) :: values(most_columns), stations(4)
     integer :: n
 
-    call list_columns(this%c, this%setup, motion, this%first_energy, values, n)
+    call list_columns(this%c, this%setup, motion, this%first_energy, values, n, stations=stations)
+    if (has_pressures(this%c)) call this%hardest%note(this%setup%side, motion, normal_forces(motion), stations)
     call this%queue%put(values(:n), kind)
     call this%note_energy(motion)
   end subroutine put
@@ -100,9 +117,14 @@ contains
   subroutine note_step(this, old, new)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: old, new
+    logical :: in_first(4)                 ! contacts that have not opened before this step
 
     this%run%steps = this%run%steps + 1
+    in_first = this%run%log%opened >= never
+    where (this%run%log%touched >= never) this%push_before = old%push
     call watch(this%run%log, this%setup%wheelset, old, new, this%setup%side)
+    where (in_first) this%run%first_impulse = new%push - this%push_before
+    call this%note_turn(old, new)
     call note_extremes(this%run, old, new)
     where (new%impulse - old%impulse > this%run%largest_impulse) this%run%impulse_time = new%t
     this%run%largest_impulse = max(this%run%largest_impulse, new%impulse - old%impulse)
@@ -111,8 +133,6 @@ contains
     this%forces(:, 1) = this%forces(:, 2)
     this%forces(:, 2) = this%forces(:, 3)
     this%forces(:, 3) = normal_forces(new)
-    ! One step late, because a peak between the last two steps is noted after this step.
-    this%run%has_opened = this%run%has_opened .or. (this%forces(:, 1) > 0 .and. .not. this%forces(:, 2) > 0)
     call this%note_forces(new)
     call this%note_energy(new)
   end subroutine note_step
@@ -122,46 +142,109 @@ contains
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
     real(dp) :: force(4)
+    integer :: k
 
     force = normal_forces(motion)
     where (force > this%run%peak) this%run%peak_time = motion%t
     this%run%peak = max(this%run%peak, force)
-    where (force > this%run%first_peak .and. .not. this%run%has_opened)
-      this%run%first_peak = force
-      this%run%first_peak_time = motion%t
-    end where
+    do k = 1, 4
+      if (force(k) <= this%run%first_peak(k) .or. motion%t > this%run%log%opened(k)) cycle
+      this%run%first_peak(k) = force(k)
+      this%run%first_peak_time(k) = motion%t
+      this%first_peak(k) = moment_type(force(k), motion%t, motion%q)
+    end do
   end subroutine note_forces
+
+  !> The impulse of a flange that has turned the wheelset back: where the lateral velocity vanishes in a step, on cubics through
+  !> the velocities and impulses at its ends. In an impact without duration it is that after the impact.
+  subroutine note_turn(this, old, new)
+    class(run_monitor_type), intent(inout) :: this
+    type(motion_type), intent(in) :: old, new
+    integer, parameter :: flange(2) = [left_flange, right_flange], outwards(2) = [1, -1]
+    real(dp) :: dt, u, force(4, 2)
+    integer :: k
+
+    do k = 1, 2
+      if (this%run%turn_impulse(k) >= 0 .or. this%run%log%touched(flange(k)) >= never .or. outwards(k)*new%v(1) > 0) cycle
+      dt = new%t - old%t
+      u = 1
+      if (outwards(k)*old%v(1) > 0 .and. .not. any(new%contact%struck)) &
+        u = turning_share(old%v(1), new%v(1), dt*old%a(1), dt*new%a(1))
+      force = reshape([normal_forces(old), normal_forces(new)], [4, 2])
+      associate (j => flange(k))
+        this%run%turn_impulse(k) = cubic(old%push(j), new%push(j), dt*force(j, 1), dt*force(j, 2), u) - this%push_before(j)
+      end associate
+    end do
+  end subroutine note_turn
+
+  !> The share u of a step at which a cubic vanishes that has values of different sign at both ends.
+  pure real(dp) function turning_share(before, after, rate_before, rate_after) result(u)
+    real(dp), intent(in) :: before, after            !! values at u = 0 and 1
+    real(dp), intent(in) :: rate_before, rate_after  !! derivatives with respect to u there
+    type(bracket_type) :: range
+    real(dp) :: x
+    integer :: iter
+
+    range = bracket_type(0.0_dp, before, 1.0_dp, after)
+    u = before/(before - after)
+    do iter = 1, 50
+      u = range%guess()
+      x = cubic(before, after, rate_before, rate_after, u)
+      if (abs(x) <= epsilon(x)*abs(before - after) .or. abs(range%b - range%a) <= epsilon(x)) exit
+      call range%narrow(u, x)
+    end do
+  end function turning_share
+
+  !> The cubic with values and derivatives as given at u = 0 and u = 1.
+  pure real(dp) function cubic(before, after, rate_before, rate_after, u) result(x)
+    real(dp), intent(in) :: before, after, rate_before, rate_after, u
+    real(dp) :: rise
+
+    rise = after - before
+    x = before + u*(rate_before + u*(3*rise - 2*rate_before - rate_after + u*(rate_before + rate_after - 2*rise)))
+  end function cubic
+
+  !> Pressures of the run that has ended.
+  subroutine press(this)
+    class(run_monitor_type), intent(inout) :: this
+
+    if (has_pressures(this%c)) call find_pressures(this%c, this%setup%side, this%hardest, &
+      this%first_peak([left_flange, right_flange]), this%run%pressure, this%run%flange)
+  end subroutine press
 
   !> The largest drift of the energy balance.
   subroutine note_energy(this, motion)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: motion
     type(energy_type) :: e
+    real(dp) :: drift
 
     e = energies(this%c, this%setup, motion)
     this%run%loss = motion%loss
     this%run%largest_energy = max(this%run%largest_energy, sum(e%kinetic(2:4)))
-    this%run%drift = max(this%run%drift, abs(e%total - motion%work - this%first_energy + motion%loss))
+    this%run%largest_work = max(this%run%largest_work, abs(motion%work))
+    drift = abs(e%total - motion%work - this%first_energy + motion%loss)
+    if (drift <= this%run%drift) return
+    this%run%drift = drift
+    this%run%drift_time = motion%t
   end subroutine note_energy
 
   !> Farthest displacements: at the end of a step or, where the velocity turns within it, on the cubic through both ends.
   pure subroutine note_extremes(run, old, new)
     type(run_type), intent(inout) :: run
     type(motion_type), intent(in) :: old, new
-    integer, parameter :: coordinate(3) = [1, 1, 2], way(3) = [1, -1, 1]
-    real(dp) :: u, rise, before, after, x
+    real(dp) :: u, before, after, x
     integer :: k
 
-    do k = 1, 3
+    do k = 1, 6
       associate (j => coordinate(k))
         u = 1
-        rise = new%q(j) - old%q(j)
         x = new%q(j)
         if (way(k)*old%v(j) > 0 .and. way(k)*new%v(j) < 0) then
           before = (new%t - old%t)*old%v(j)
           after = (new%t - old%t)*new%v(j)
           u = before/(before - after)
-          x = old%q(j) + u*(before + u*(3*rise - 2*before - after + u*(before + after - 2*rise)))
+          x = cubic(old%q(j), new%q(j), before, after, u)
         end if
       end associate
       if (way(k)*(x - run%extreme(k)) <= 0) cycle

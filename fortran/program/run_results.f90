@@ -1,10 +1,11 @@
 !> Texts about a run: the lines before and after the rows of a column file, and the summary on the terminal. The groups `&setup`
 !> and `&results` of the file and the sentences of the summary are printed from one list of results.
 module run_results
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
   use contact_table, only: table_type
-  use events, only: elastic_kinds, event_kinds, event_log, impact, kept
+  use events, only: elastic_kinds, event_kinds, event_log, event_type, impact, kept, never
   use kinds, only: degree, dp, version
   use profile, only: profile_type
   use results, only: newline, result_list, rounded
@@ -98,18 +99,14 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(result_list), intent(inout) :: items
+    character(5), parameter :: side(2) = [character(5) :: 'left', 'right']
     character(8), parameter :: motion(3) = [character(8) :: 'lateral', 'vertical', 'roll']
     character(:), allocatable :: words
     integer :: k
 
     associate (left => setup%side(1)%clearance, right => setup%side(2)%clearance)
-      if (setup%symmetric) then
-        call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: 2 x #'//newline, 'f0.3', milli)
-        call items%add('clearance_right', [right], 'm')
-      else
-        call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)
-        call items%add('clearance_right', [right], 'm', ', right #'//newline, 'f0.3', milli)
-      end if
+      call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)
+      call items%add('clearance_right', [right], 'm', ', right #'//newline, 'f0.3', milli)
     end associate
     call items%add('axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it', &
       'equilibrium: axle # m above the rails', 'f0.6')
@@ -124,6 +121,16 @@ contains
         call items%add('rest_roll', [q(3)], 'rad', ', roll = # rad'//newline)
       end associate
     end if
+    call items%append('largest lateral force with an equilibrium [kN]:')
+    do k = 1, 2
+      if (ieee_is_nan(setup%limit(k))) then
+        call items%append(' '//trim(side(k))//' beyond the contact table')
+      else
+        call items%add('F_limit_'//trim(side(k)), setup%limit(k:k), 'N, largest lateral force with an equilibrium', &
+          ' '//trim(side(k))//' #', 'f0.3', kilo)
+      end if
+      call items%append(merge(',', newline, k == 1))
+    end do
     words = 'eigenfrequencies at equilibrium [Hz]:'
     do k = 1, setup%modes
       ! A mode is named after the coordinate with most of the kinetic energy.
@@ -195,10 +202,14 @@ contains
     type(case_type), intent(in) :: c
     type(run_type), intent(in) :: run
     type(result_list), intent(inout) :: items
-    character(5), parameter :: way(3) = [character(5) :: 'left', 'right', 'up']
+    character(14), parameter :: extreme(6) = [character(14) :: 'farthest_left', 'farthest_right', 'farthest_up', &
+      'farthest_down', 'largest_roll', 'smallest_roll']
+    character(25), parameter :: extreme_words(6) = [character(25) :: 'farthest [mm]: left #', ' right #', ' up #', ' down #', &
+      'roll [mrad]: largest #', ' smallest #']
     real(dp), parameter :: largest_drift = 0.01_dp   ! over the largest kinetic energy
     real(dp), parameter :: rounding = 1e-6_dp        ! of the energy of a wheelset at rest, at most [J]
     character(:), allocatable :: words
+    real(dp) :: reference
     logical :: rigid
     integer :: k
 
@@ -210,29 +221,30 @@ contains
       call items%add('n_'//joined(event_kinds(k)), int(run%log%counts(k), int64), &
         repeat('  '//trim(event_kinds(k))//' #'//newline, min(1, run%log%counts(k))))
     end do
-    call items%append('farthest [mm]:')
-    do k = 1, 3
-      call items%add('farthest_'//trim(way(k)), [run%extreme(k)], 'm', ' '//trim(way(k))//' #', 'f0.3', milli)
-      call items%add('t_farthest_'//trim(way(k)), [run%extreme_time(k)], 's', ' at # s'//merge(',', newline, k < 3), 'f0.6')
+    do k = 1, 6
+      call items%add(trim(extreme(k)), [run%extreme(k)], merge('m  ', 'rad', k <= 4), trim(extreme_words(k)), 'f0.3', milli)
+      call items%add('t_'//trim(extreme(k)), [run%extreme_time(k)], 's', ' at # s'//merge(newline, ',', k == 4 .or. k == 6), 'f0.6')
     end do
+    call list_passages(c, run%log, items)
     call list_peaks('peak normal forces [kN]:', 'peak_N_', 't_peak_', run%peak, run%peak_time, 'N', kilo)
-    ! Only the file has a first peak that is the largest one. Impacts of rigid contacts take no time, so their forces have no peak.
-    do k = 2, merge(0, 4, rigid), 2
-      words = repeat('  '//contact_name(k)//', first contact: # at ', count([run%first_peak(k) < run%peak(k)]))
-      call items%add('first_peak_N_'//contact_name(k), run%first_peak(k:k), 'N, until the contact first opens', words, &
-        'f0.3', kilo)
-      words = repeat('# s'//newline, count([run%first_peak(k) < run%peak(k)]))
-      call items%add('t_first_peak_'//contact_name(k), run%first_peak_time(k:k), 's', words, 'f0.6')
-    end do
+    call list_first_contacts(run, rigid, items)
+    call list_pressures(run, items)
     if (rigid) then
       call list_peaks('largest impulses [N s]:', 'peak_P_', 't_peak_P_', run%largest_impulse, run%impulse_time, &
         'N s, in one impact', 1.0_dp)
       call items%add('lost', [run%loss], 'J, in impacts', 'energy lost in impacts [J]: #'//newline, 'f0.6')
     end if
     call items%add('drift', [run%drift], 'J, largest energy drift', 'largest energy drift [J]: #', scientific)
+    call items%add('t_drift', [run%drift_time], 's')
     call items%add('kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
-    if (run%kinetic_energy > 0) call items%add('', [run%drift/run%kinetic_energy], '', &
-      ', relative to the initial kinetic energy: #', scientific)
+    reference = run%kinetic_energy
+    words = ', relative to the initial kinetic energy: #'
+    if (reference <= 0) reference = run%largest_work
+    if (run%kinetic_energy <= 0) words = ', relative to the largest work of the lateral force: #'
+    if (reference > 0) then
+      call items%add('drift_reference', [reference], 'J')
+      call items%add('drift_relative', [run%drift/reference], '', words, scientific)
+    end if
     call items%append(newline)
     if (run%step > run%stable_step) call items%warn('&integrator dt: expected steps of at most '// &
       trim(rounded(run%stable_step, scientific))//' s, the limit of stability at the highest frequency at rest, found '// &
@@ -268,16 +280,95 @@ contains
 
   end subroutine list_outcome
 
+  !> When the wheelset passes the centre, returns, lifts a wheel for good and derails.
+  subroutine list_passages(c, log, items)
+    type(case_type), intent(in) :: c
+    type(event_log), intent(in) :: log
+    type(result_list), intent(inout) :: items
+
+    if (log%passed < never) call items%add('t_first_centre', [log%passed], 's, first passage of the centre after a flange contact')
+    if (log%returned < never) call items%add('t_return', [log%returned], 's, back at the centre after both flanges', &
+      'back at the centre after both flanges: # s'//newline, 'f0.6')
+    call list_fall('_unloaded', 'a wheel lifts for good', log%unloaded)
+    call list_fall('_derailment', 'derailment', log%derailed)
+
+  contains
+
+    subroutine list_fall(name, what, event)
+      character(*), intent(in) :: name, what
+      type(event_type), intent(in) :: event
+
+      if (event%t >= never) return
+      call items%add('t'//name, [event%t], 's, '//what, what//': # s', 'f0.6')
+      if (is_loaded(c)) call items%add('F'//name, [event%force], 'N, lateral force then', ', lateral force # kN', 'f0.3', kilo)
+      call items%append(newline)
+    end subroutine list_fall
+
+  end subroutine list_passages
+
+  !> The first contact of every wheel's tread and flange, from its first touch until it first opens.
+  subroutine list_first_contacts(run, rigid, items)
+    type(run_type), intent(in) :: run
+    logical, intent(in) :: rigid
+    type(result_list), intent(inout) :: items
+    integer :: k
+
+    call items%append('first contacts, until they first open:'//newline)
+    do k = 1, 4
+      if (run%log%touched(k) >= never) cycle
+      associate (name => contact_name(k))
+        call items%add('t_first_'//name, run%log%touched(k:k), 's', '  '//name//' from # s', 'f0.6')
+        ! Impacts of rigid contacts take no time, so their forces have no peak.
+        if (.not. rigid) then
+          call items%add('first_peak_N_'//name, run%first_peak(k:k), 'N', ', peak # kN', 'f0.3', kilo)
+          call items%add('t_first_peak_'//name, run%first_peak_time(k:k), 's', ' at # s', 'f0.6')
+        end if
+        if (run%log%opened(k) < never) then
+          call items%add('first_duration_'//name, [run%log%opened(k) - run%log%touched(k)], 's', ', lasts # ms', 'f0.3', milli)
+          call items%add('first_impulse_'//name, run%first_impulse(k:k), 'N s', ', impulse # N s', 'f0.3')
+        end if
+        call items%append(newline)
+      end associate
+    end do
+    do k = 1, 2
+      if (run%turn_impulse(k) >= 0) call items%add('turn_impulse_'//contact_name(2*k), run%turn_impulse(k:k), &
+        'N s, of the flange until the wheelset moves back')
+    end do
+  end subroutine list_first_contacts
+
+  !> The largest pressure, and the pressures at the first peaks of flanges.
+  subroutine list_pressures(run, items)
+    type(run_type), intent(in) :: run
+    type(result_list), intent(inout) :: items
+    integer :: k
+
+    associate (p => run%pressure)
+      if (p%contact > 0) then
+        call items%add('pmax', [p%largest], 'Pa, largest pressure of all contacts', 'largest pressure [GPa]: #', 'f0.3', 1e-9_dp)
+        call items%add('pmax_contact', contact_name(p%contact), ', #')
+        call items%add('t_pmax', [p%t], 's', ' at # s', 'f0.6')
+        call items%add('pmax_y', p%place(1:1), 'm, track frame', ', y = # m', 'f0.4')
+        call items%add('pmax_z', p%place(2:2), 'm', ', z = # m'//newline, 'f0.4')
+      end if
+    end associate
+    do k = 1, 2
+      associate (flange => run%flange(k), name => contact_name(2*k))
+        if (.not. flange%largest > 0) cycle
+        call items%add('pmax_'//name, [flange%largest], 'Pa, at the first peak')
+        call items%add('patch_'//name, [flange%area], 'm2, area of all patches then')
+        call items%add('approach_'//name, [flange%approach], 'm, then')
+      end associate
+    end do
+  end subroutine list_pressures
+
   !> The first events of each kind; the terminal has fewer impacts than the file.
   subroutine list_events(c, log, items)
     type(case_type), intent(in) :: c
     type(event_log), intent(in) :: log
     type(result_list), intent(inout) :: items
     character(:), allocatable :: name
-    logical :: loaded
     integer :: k, i, impacts, shown
 
-    loaded = abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0
     impacts = 0
     call items%append('events:'//newline)
     do k = 1, log%n
@@ -288,7 +379,7 @@ contains
         call items%add(name//'t', [event%t], '', repeat('  t = # s', shown), 'f0.6')
         call items%add(name//'kind', trim(event_kinds(event%kind)), repeat('  #', shown))
         if (event%angle > 0) call items%add(name//'angle', [event%angle], '', ' at # degrees', 'f0.1', 1/degree)
-        if (loaded) call items%add(name//'force', [event%force], '', repeat(', lateral force # kN', shown), 'f0.3', kilo)
+        if (is_loaded(c)) call items%add(name//'force', [event%force], '', repeat(', lateral force # kN', shown), 'f0.3', kilo)
         if (any(abs(event%impulse) > 0)) then
           call items%append(repeat(', impulses [N s]', shown))
           do i = 1, 4
@@ -304,6 +395,13 @@ contains
       ' events of each kind'//repeat(', '//str(listed_impacts)//' impacts', min(1, impacts))//')'//newline)
   end subroutine list_events
 
+  !> Whether a case has a lateral force.
+  pure logical function is_loaded(c)
+    type(case_type), intent(in) :: c
+
+    is_loaded = abs(c%lateral_ramp) > 0 .or. abs(c%lateral_force) > 0
+  end function is_loaded
+
   !> Why a run ended.
   function ending(c, run) result(words)
     type(case_type), intent(in) :: c
@@ -312,11 +410,11 @@ contains
 
     if (run%cancelled) then
       words = 'stopped by the user'
-    else if (run%log%derailed .and. c%stop_at == 'derailment') then
+    else if (run%log%derailed%t < never .and. c%stop_at == 'derailment') then
       words = 'derailment'
     else if (run%gone) then
       words = 'derailed, and then left what the contact table covers'
-    else if (c%stop_at == 'return_to_centre' .and. run%log%returned) then
+    else if (c%stop_at == 'return_to_centre' .and. run%log%returned < never) then
       words = 'return to the centre after both flanges'
     else
       words = 't_end'

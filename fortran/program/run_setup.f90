@@ -1,7 +1,7 @@
 !> The setup that all runs with one wheelset on one track share: placed profiles, tables, equilibrium.
 module run_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use both_rails, only: rest_on_rails
+  use both_rails, only: largest_force_on_rails, rest_on_rails
   use case, only: case_type
   use contact_zones, only: find_zones, least_turn, side_type
   use errors, only: error_type, fatal_error
@@ -9,6 +9,7 @@ module run_setup
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
   use placement, only: place_profiles
+  use static_limit, only: largest_force
   use text, only: str
   use wheel_rail_pair, only: same_pair
   use wheelset, only: find_rest, settle, small_oscillations, wheelset_type
@@ -24,6 +25,8 @@ module run_setup
     real(dp) :: centred(3) = 0         !! pose of the rigid wheelset on both rails at y = 0
     real(dp) :: equilibrium(3) = 0     !! static, held at y = 0: Z and roll are measured from it [m, m, rad]
     real(dp) :: rest(3) = 0            !! static equilibrium of the free wheelset [m, m, rad]
+    !> Largest lateral force with an equilibrium, to the left and to the right [N]; NaN where the table ends before it.
+    real(dp) :: limit(2) = 0
     integer :: modes = 3               !! number of eigenmodes: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies at `rest`, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! modes y, z, roll in columns
@@ -105,11 +108,14 @@ contains
 
   end subroutine place_sides
 
-  !> Set inertia and loads of the case; find equilibrium and eigenfrequencies on the tables of `setup` or on rigid contacts.
+  !> Set inertia and loads of the case; find equilibrium, eigenfrequencies and the static limit on the tables of `setup` or on rigid
+  !> contacts.
   subroutine set_wheelset(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
     type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: way(2) = [1, -1]
+    integer :: k
     logical :: ok
 
     associate (w => setup%wheelset)
@@ -136,8 +142,20 @@ contains
       call rest_on_rails(setup%side, setup%wheelset, setup%centred, setup%symmetric, c%extent%lateral, setup%equilibrium, &
         setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
-    if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected an equilibrium '// &
-      'between the flanges, found none')
+    if (.not. ok) then
+      call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected an equilibrium '// &
+        'between the flanges, found none')
+      return
+    end if
+    do k = 1, merge(1, 2, setup%symmetric)
+      if (c%formulation == 'elastic') then
+        call largest_force(setup%wheelset, setup%equilibrium, setup%side(k)%clearance, way(k), setup%limit(k), ok)
+      else
+        call largest_force_on_rails(setup%side, setup%wheelset, setup%centred, c%extent%lateral, way(k), setup%limit(k), ok)
+      end if
+      if (.not. ok) setup%limit(k) = ieee_value(1.0_dp, ieee_quiet_nan)
+    end do
+    if (setup%symmetric) setup%limit(2) = setup%limit(1)
   end subroutine set_wheelset
 
 end module run_setup

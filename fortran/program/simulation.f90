@@ -9,6 +9,7 @@ module simulation
   use case, only: case_type
   use elastic_run, only: elastic_step, start_elastic
   use errors, only: error_type
+  use events, only: never
   use kinds, only: dp, pi
   use motion_state, only: motion_type
   use newmark, only: scheme_type, stability_limit
@@ -99,21 +100,22 @@ contains
       motion%t = at
       call monitor%put(motion, on_grid)
       if (mod(row, report_rows) == 0) call report_progress(row/real(last_row, dp))
-      if ((c%stop_at == 'derailment' .and. monitor%run%log%derailed) .or. &
-        (c%stop_at == 'return_to_centre' .and. monitor%run%log%returned) .or. monitor%run%cancelled) exit
+      if ((c%stop_at == 'derailment' .and. monitor%run%log%derailed%t < never) .or. &
+        (c%stop_at == 'return_to_centre' .and. monitor%run%log%returned < never) .or. monitor%run%cancelled) exit
     end do rows
     if (allocated(error)) then
       ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held: this ends the run, and the
       ! error is dropped.
-      if (.not. monitor%run%log%derailed) return
+      if (monitor%run%log%derailed%t >= never) return
       monitor%run%gone = .true.
     end if
     call monitor%queue%pass_rows(huge(at), error)
     if (allocated(error)) return
+    call monitor%press()
     run = monitor%run
     run%rows = monitor%queue%passed
     run%last = monitor%queue%last
-    run%extreme(3) = run%extreme(3) - setup%equilibrium(2)
+    run%extreme(3:) = run%extreme(3:) - setup%equilibrium([2, 2, 3, 3])
     call cpu_time(to)
     run%seconds = to - from
 

@@ -16,7 +16,7 @@ module both_rails
   use wheelset, only: wheelset_type
   implicit none
   private
-  public :: rest_on_rails, stand_at
+  public :: rest_on_rails, stand_at, largest_force_on_rails
 
 contains
 
@@ -118,6 +118,69 @@ contains
     call follow(side, w, farthest, 'slope', 0.0_dp, here, state, corner, ok)
   end subroutine find_rest
 
+  !> The static limit, see module `static_limit`, to the left (`way` = 1) or to the right (-1): the normal of the contact on this
+  !> side passes through the centre of gravity, so that the other wheel carries nothing.
+  subroutine largest_force_on_rails(side, w, centred, farthest, way, force, ok)
+    type(side_type), intent(in) :: side(:)      !! left, right
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: centred(3)          !! pose on both rails at y = 0: y, z [m], roll [rad]
+    real(dp), intent(in) :: farthest            !! farthest lateral displacement of the path [m]
+    integer, intent(in) :: way
+    real(dp), intent(out) :: force              !! [N]
+    logical, intent(out) :: ok
+    real(dp), parameter :: strides(2) = [1e-4_dp, 1e-6_dp]   ! step [s]; the speed is about 1 m/s
+    integer, parameter :: most_steps = 5000
+    type(rule_type), parameter :: rule = rule_type(bilateral=.true.)
+    type(rigid_state) :: here, from
+    type(motion_type) :: before
+    real(dp) :: g(3), g_before(3), h
+    integer :: i, steps, evaluations, status
+
+    force = 0
+    call stand(side, w, centred, here, ok)
+    if (.not. ok) return
+    here%motion%v = tangent_of(w, here, [real(way, dp), 0.0_dp, 0.0_dp])
+    g = outer_gradient(here, way)
+    do i = 1, size(strides)
+      do steps = 1, most_steps
+        from = here
+        g_before = g
+        h = strides(i)
+        call advance_contacts(side, unloaded(w), rule, here, before, h, evaluations, status)
+        ok = status == step_ok .and. abs(here%motion%q(1)) <= farthest
+        if (.not. ok) return
+        g = outer_gradient(here, way)
+        ok = g_before(3)*g(3) <= 0
+        if (ok) exit
+      end do
+      if (.not. ok) return
+      if (i < size(strides)) here = from
+      if (i < size(strides)) g = g_before
+    end do
+    ! Between both poses, and in a corner, where two contacts of the wheel share the weight, the moments balance.
+    g = (g_before*g(3) - g*g_before(3))/(g(3) - g_before(3))
+    force = -way*w%weight()*g(1)/g(2)
+  end subroutine largest_force_on_rails
+
+  !> Gradient of the gap of the contact on the left (`way` = 1) or on the right (-1): its force is along it.
+  pure function outer_gradient(state, way) result(g)
+    type(rigid_state), intent(in) :: state
+    integer, intent(in) :: way
+    real(dp) :: g(3)
+
+    g = state%contacts%c(findloc(state%closed .and. state%contacts%c%wheel == merge(1, 2, way == 1), .true., 1))%gradient
+  end function outer_gradient
+
+  !> The wheelset without loads, which moves along the path with constant kinetic energy.
+  type(wheelset_type) function unloaded(w) result(free)
+    type(wheelset_type), intent(in) :: w
+
+    free = w
+    free%vertical_load = -w%mass*gravity
+    free%lateral_force = 0
+    free%lateral_ramp = 0
+  end function unloaded
+
   !> Follow the path from `here`, which moves on, to the next pose at which y is as given or the path is level.
   subroutine follow(side, w, farthest, which, level, here, there, corner, ok)
     type(side_type), intent(in) :: side(:)
@@ -139,10 +202,7 @@ contains
     real(dp) :: h, f
     integer :: steps, evaluations, status
 
-    free = w
-    free%vertical_load = -w%mass*gravity
-    free%lateral_force = 0
-    free%lateral_ramp = 0
+    free = unloaded(w)
     rule = rule_type(bilateral=.true.)
     corner = .false.
     ok = .false.

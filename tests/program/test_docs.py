@@ -2,6 +2,7 @@
 import json
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,10 @@ import pytest
 import documents
 import ldbench
 import make_tables
+from ldbench.commands import COMMANDS
 from measure import of_runs
 from probes import table_file
-from running import CASES, REPO, keep, kept_tables, once
+from running import CASES, HANG, REPO, keep, kept_tables, once
 
 RUN = [page for page in documents.PAGES if documents.blocks(page)]
 
@@ -51,7 +53,12 @@ def test_links_lead_to_files():
             assert file.exists() and file.is_relative_to(REPO), f"{page}: {link}"
 
 
-def test_tables_and_quoted_numbers_are_those_of_the_program(capsys):
+@pytest.mark.parametrize("page", documents.PAGES, ids=name)
+def test_commands_of_a_page_are_commands_of_the_program(page: Path):
+    assert set(re.findall(r"python -m ldbench ([a-z]\w*)", page.read_text())) <= COMMANDS.keys()
+
+
+def test_tables_are_those_of_the_program(capsys):
     assert make_tables.main(["--check"]) == 0, capsys.readouterr().err
 
 
@@ -78,27 +85,75 @@ def test_measured_results_of_the_validation_are_of_the_same_contact_tables(measu
         assert measured["report"][name] == pytest.approx(measured["validate"][name], rel=0.06), name
 
 
-UNIT = re.compile(r"(?<![\w.#,^])\d[\d.,]*(?:e-?\d+)?(?: (?:kN|MN|J|kJ|Hz|ms|s|MB|mm|µm|µs|nm|m/s|times|%)(?!\w))")
-# Numbers of docs/accuracy.md that are not measured: the input, definitions, and rounded statements of what is expected.
-STATED = {"0.1 %", "3 kN", "2 µs", "10 µm", "1 nm", "5 kN",
-          # Estimates of what half-spaces leave out.
-          "4 MN", "133 mm", "5 %", "15 %",
-          # EN 15302 states these.
-          "3 mm", "2 µm",
-          # The clearances of the APTA wheels.
-          "10.40 mm", "10.76 mm",
-          # Tests of pictures compare these of README and index; the input, definitions and examples state these of other pages.
-          "21.9 ms", "816 kN", "1 µm", "1.6 times"}
+# A number with a unit, or with a power of ten.
+UNIT = re.compile(r"""(?<![\w.,/:^-])\d[\d.,]*(?:
+    (?:e-?\d+)?[ \u00a0-]?(?:
+        [GMk]?N | [GMkh]?Pa | [mµunckd]?m | [mµun]?s | m?rad | [Mk]?J | [mkµ]?g | [kM]?Hz | [kMG]?B | [°%] | percent | h | min
+        | \w*(?:metres?|newtons?|pascals?|minutes?|hours?|days?|bytes|degrees?|radians?|joules?|grams?|hertz|seconds?)
+        | lines | rows | points | runs | times)(?!\w)
+    | e-?\d+(?!\w))""", re.VERBOSE)
+# A decimal number that fills a cell of a table, whose unit stands in the heading.
+CELL = re.compile(r"(?<=\|) *[-−+]?\d+\.\d+(?:e-?\d+)? *(?=\|)")
+# Tables that make_tables.py makes, code, mathematics, comments, and addresses of links.
+MADE = re.compile(r"^<!-- table: .*?^<!-- end of table -->$|<!--.*?-->|^```.*?^```$|^ {4}.*?$|``.*?``|`[^`\n]*`|\$\$.*?\$\$"
+                  r"|\$(?:[^$\n]|\n(?!\n))*\$|\]\(<?[^)\s]*>?\)", re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.parametrize(("page", "least"), [
-    ("README.md", 15), ("docs/accuracy.md", 23), ("docs/compare.md", 10), ("docs/install.md", 0), ("docs/index.md", 0),
-    ("docs/output.md", 0), ("docs/ensembles.md", 0)])
-def test_every_measured_number_is_quoted(page: str, least: int):
-    """A number with a unit is a quotation of docs/measured.json, stands in a table made from it, or is known as stated."""
-    text = (REPO/page).read_text()
-    text = re.sub(r"<!-- table:.*?<!-- end of table -->", "", text, flags=re.DOTALL)
-    text = re.sub(r"^```.*?^```$|`[^`\n]*`", "", text, flags=re.DOTALL | re.MULTILINE)
-    text, quotations = re.subn(r"[\d.e-]+<!-- [^<>]+? -->", "#", text)
-    assert quotations >= least
-    assert {found[0] for found in UNIT.finditer(text)} <= STATED
+def numbers_in_sentences(text: str) -> list[str]:
+    """Numbers with a unit, outside of what is made by the program and of what a user types."""
+    words = MADE.sub(" ` ", text)
+    return [found[0].strip() for pattern in (UNIT, CELL) for found in pattern.finditer(words)]
+
+
+def words_of(page: Path) -> str:
+    """The text of a page; of a notebook its words."""
+    if page.suffix == ".md":
+        return page.read_text()
+    return "\n\n".join("".join(cell["source"]) for cell in json.loads(page.read_text())["cells"] if cell["cell_type"] == "markdown")
+
+
+@pytest.mark.parametrize("page", [
+    REPO/"README.md", REPO/"CHANGELOG.md", *sorted((REPO/"docs").glob("*.md")), *sorted((REPO/"docs").glob("*.ipynb"))], ids=name)
+def test_no_sentence_has_a_number_with_a_unit(page: Path):
+    """Results and constants stand in tables that the program makes, so that none ages unseen."""
+    assert numbers_in_sentences(words_of(page)) == []
+
+
+UNITS = ("kN N MN GPa MPa Pa mm um µm m ms us µs s degrees mrad rad J kg Hz % kB MB GB lines rows minutes times micrometres m/s "
+         "kN/s N·s").split()
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("number", ["3", "0.1", "1,500", "2e-9", "10 to 15", "−3.5", "3.8 to 16.3"])
+def test_a_number_with_a_unit_is_seen(number: str, unit: str):
+    assert numbers_in_sentences(f"The first peak is about {number} {unit}, which is large.")
+
+
+@pytest.mark.parametrize(("text", "seen"), [
+    ("it turns by 33.4° within a patch", True), ("a drift of 4.6e-10 of the energy", True), ("| aw | 273.31 |", True),
+    ("EN 15302, section 5.3, Python 3.10, exercise 2 and 1:40 cones", False), ("type `dt = 5e-6` or `--at 0.02 s`", False),
+    ("$5\\,\\mathrm{mm}$ of it, K. L. Johnson 1985, section 4.2", False), ("Exercises 1 to 4 stop; 2 start", False)])
+def test_what_counts_as_a_number_with_a_unit(text: str, seen: bool):
+    assert bool(numbers_in_sentences(text)) == seen
+
+
+# All set-up of a stranger: what runs exercise 1, and what passes the tests.
+SETUP = "./bootstrap && make && ./ldbench < inputs/ex1_aw.nml", "./bootstrap && make test"
+
+
+def test_two_commands_of_the_readme_do_all_the_setup_and_are_what_ci_runs():
+    blocks = re.findall(r"\n\n {4}(.*)\n\n", (REPO/"README.md").read_text())
+    assert [block for block in blocks if block.startswith("./bootstrap")] == list(SETUP)
+    calls = [line for line in (REPO/".ci/run").read_text().splitlines() if line.startswith("./bootstrap ")]
+    assert [call for call in calls if call != "./bootstrap --browser"] == [f"{one} || exit" for one in SETUP]
+
+
+def test_a_failing_setup_ends_ci(tmp_path):
+    """A copy of the script, with commands that fail in place of the real ones, ends with their status."""
+    (tmp_path/".ci").mkdir()
+    shutil.copy(REPO/".ci/run", tmp_path/".ci/run")
+    for name, status in ("bootstrap", 1), ("make", 0):
+        (tmp_path/name).write_text(f"#!/bin/sh\necho {name} $* >> \"$0.log\"\nexit {status}\n")
+        (tmp_path/name).chmod(0o755)
+    done = subprocess.run([tmp_path/".ci/run"], env={"PATH": f"{tmp_path}:/usr/bin:/bin"}, capture_output=True, timeout=HANG)
+    assert done.returncode == 1 and (tmp_path/"bootstrap.log").read_text() == "bootstrap\n" and not (tmp_path/"make.log").exists()

@@ -1,8 +1,7 @@
-"""The pictures of README and of the documentation are those of today's program, and their captions tell its numbers."""
+"""The pictures of README and of the documentation are those of today's program."""
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable
 
 import numpy as np
@@ -20,12 +19,6 @@ def numbers(name: str) -> dict[str, float]:
         return json.loads(picture.text["numbers"])
 
 
-def caption(page: str, name: str) -> str:
-    """The words below a picture, without the names of numbers."""
-    words = (REPO/page).read_text().partition(f"outputs/reference/{name}.png)")[2].strip().partition("\n\n")[0]
-    return " ".join(re.sub(r"<!--.*?-->", "", words).split())
-
-
 @pytest.fixture(scope="module")
 def runs(shipped: dict[str, Run]) -> dict[str, RunData]:
     """The runs of the shipped inputs."""
@@ -33,35 +26,28 @@ def runs(shipped: dict[str, Run]) -> dict[str, RunData]:
 
 
 def test_pictures_of_a_moment(runs: dict[str, RunData]):
-    """Each number is that of the run at the time of the picture; the caption of README has time and force."""
+    """Each number is that of the run at the time of the picture; the caption of README says which contacts are closed."""
     for name, case in (("wheelset", "ex2_aw"), ("view_ex2_aw", "ex2_aw"), ("view_ex3", "ex3_aw")):
         told, run = numbers(name), runs[case]
         k = np.searchsorted(run.time, told["t [s]"] + 1e-9) - 1
         for key in told.keys() - {"t [s]"}:
             assert run.values(key.removesuffix(" [N]"))[k] == pytest.approx(told[key], rel=1e-3, abs=1.0), (name, key)
     told = numbers("wheelset")
-    found = re.search(r"([\d.]+) ms after the start. The left flange carries (\d+) kN and the treads have lifted off",
-                      caption("README.md", "wheelset"))
-    assert found.groups() == (f"{1e3*told['t [s]']:.1f}", f"{1e-3*told['N_LF [N]']:.0f}")
-    assert told["N_LT [N]"] == told["N_RT [N]"] == 0
+    assert told["N_LF [N]"] > 0 == told["N_LT [N]"] == told["N_RT [N]"]
 
 
-def test_picture_and_caption_of_two_laws(runs: dict[str, RunData], read_hertz: Callable[[str], ldbench.ContactTable]):
-    told, words = numbers("ex2_aw"), caption("docs/compare.md", "ex2_aw")
+def test_picture_of_two_laws(runs: dict[str, RunData], read_hertz: Callable[[str], ldbench.ContactTable]):
+    told = numbers("ex2_aw")
     case = ldbench.Case.exercise(2, "aw").replace(model="hertz", table_file="")
     hertz = ldbench.run(case, table=read_hertz("aw").for_case(case))
     assert [told[f"t_return [s].{law}"] for law in ("halfspace", "hertz")] == pytest.approx(
         [runs["ex2_aw"].time[-1], hertz.time[-1]], abs=1e-3)
-    shown = [float(x) for x in re.findall(r"(\d\.\de-\d+) J", words)]
-    # Drift is rounding and step control: its size is told, not its digits on another machine. Two digits round by 5 % at most.
-    assert shown == pytest.approx([told["drift [J].halfspace"], told["drift [J].hertz"]], rel=0.05)
     assert np.log10(told["drift [J].halfspace"]/runs["ex2_aw"].result("drift")) == pytest.approx(0, abs=0.3)
 
 
-def test_picture_and_caption_of_formulations(runs: dict[str, RunData]):
-    told, words = numbers("ex4_formulations"), caption("docs/compare.md", "ex4_formulations")
+def test_picture_of_formulations(runs: dict[str, RunData]):
+    told = numbers("ex4_formulations")
     assert [key.partition(".")[2] for key, value in told.items() if key.startswith("derailed") and value] == ["bilateral"]
-    assert "rolls over the left flange and derails" in words and f"{runs['ex4_aw'].result('kinetic_energy'):.0f} J" in words
     rigid = ldbench.run(ldbench.Case.exercise(4, "aw").replace(formulation="unilateral", restitution=0.5))
     for name, run in ("elastic", runs["ex4_aw"]), ("unilateral, e = 0.5", rigid):
         assert told[f"t [s].{name}"] == pytest.approx(run.time[-1], abs=1e-3)

@@ -13,8 +13,6 @@ from ._core.errors import BadValue, Error
 from .case import Case
 
 CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
-MOST_PATCHES = 4                        # of one wheel
-NEGLIGIBLE = 1e-4                       # force, of the wheel's: the contact table does not tell so small a contact from an open one
 ELEMENTS = 48                           # over the length of a patch along the profile, wherever pressures are shown
 
 
@@ -42,6 +40,7 @@ class Patch:
     x: np.ndarray                   # centres of elements (n_x,) [m], 0 at the axle
     s: np.ndarray                   # centres of elements (n_s,) [m]
     p: np.ndarray                   # pressure on the elements (n_x, n_s) [Pa]
+    width: np.ndarray               # half of the pressed length in rolling direction at s (n_s,) [m]
     wheel: np.ndarray               # the wheel's points at s, from the axle centre, in the frame of the wheelset (n_s, 2) [m]
     track: np.ndarray               # the wheel's points at s in the frame of the track (n_s, 2) [m]
     half_x: float                   # half of the length of the patch in rolling direction [m]
@@ -51,6 +50,8 @@ class Patch:
     force: float                    # normal force of the contact, of all its patches, as in the columns [N]
     angle: float                    # contact angle of this force, positive on flanges of both sides, as in the columns [rad]
     integral: float                 # of the pressure over the patch [N]; above the force, as the normals turn over a patch
+    largest: float                  # largest pressure [Pa]
+    area: float                     # under pressure [m²]
     energy: float                   # elastic energy of all patches of the wheel [J]
     hertz: Ellipse | None           # None where the bodies conform
 
@@ -78,22 +79,6 @@ class Patch:
         y, z = (float(np.interp(s, self.s, column)) for column in points.T)
         return y, z
 
-    @cached_property
-    def largest(self) -> float:
-        """The largest pressure [Pa]. The squares of the pressures around the largest one make a parabola in x and one in s, as
-        in an ellipse."""
-        squares = self.p**2
-        i, j = np.unravel_index(int(squares.argmax()), squares.shape)
-        tops = (_top(line, k) for line, k in ((squares[:, j], int(i)), (squares[i], int(j))))
-        return float(np.sqrt(sum(tops) - squares[i, j]))
-
-    @cached_property
-    def area(self) -> float:
-        """Area under pressure [m²]. The square of the pressure falls linearly to the edge of the patch."""
-        half = self.p[len(self.x)//2:]
-        dx, ds = self.x[1] - self.x[0], self.s[1] - self.s[0]
-        return float(2*dx*ds*sum(reach(column) for column in half.T))
-
     @property
     def mean(self) -> float:
         """Mean pressure [Pa]."""
@@ -113,27 +98,6 @@ class Patch:
                  "centre", "centre_wheel", "s_centre", "s_ends")
         hertz = self.hertz and {name: getattr(self.hertz, name) for name in ("half_x", "half_s", "area", "largest")}
         return {name: getattr(self, name) for name in names} | {"hertz": hertz}
-
-
-def _top(squares: np.ndarray, k: int) -> float:
-    """The top of the parabola through the value k and its neighbours."""
-    if not 0 < k < len(squares) - 1:
-        return float(squares[k])
-    before, here, after = squares[k - 1:k + 2]
-    bend = before - 2*here + after
-    return float(here - (after - before)**2/(8*bend)) if bend < 0 else float(here)
-
-
-def reach(column: np.ndarray) -> float:
-    """How many elements of a line are pressed up to its last one, and a part of the next one: p² falls linearly to the edge."""
-    pressed = np.flatnonzero(column > 0)
-    if not pressed.size:
-        return 0.0
-    k = int(pressed[-1])
-    beyond = 0.5
-    if k > 0 and column[k - 1] > column[k]:
-        beyond = min(column[k]**2/(column[k - 1]**2 - column[k]**2), 0.9)
-    return k + 0.5 + float(beyond)
 
 
 def load(contact: str, y: float, z: float) -> tuple[float, float]:
@@ -176,23 +140,19 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
     y, z, roll = (float(number) for number in pose)
     turn = np.array([[np.cos(roll), np.sin(roll)], [-np.sin(roll), np.cos(roll)]])
     sign = 1 if side == "left" else -1
-    n, ok, p, point, facts, total = flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]),
-                                                    elements//4, elements, MOST_PATCHES)
+    n, ok, p, point, width, facts, total = flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]), elements//4,
+                                                           elements)
     if not ok:
         raise Error(f"{case.label}: expected pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad, found a half-space "
                     "solution that does not converge")
     found = []
     for k in range(n):
-        dx, ds, low, approach, deepest, integral, *hertz, flange = facts[:, k].tolist()
-        if not integral > NEGLIGIBLE*np.hypot(*total[:2]):
-            continue
+        flange, dx, ds, low, half_x, *ends, approach, deepest, integral, largest, _, area = facts[:13, k].tolist()
+        ellipse = Ellipse(*facts[13:, k].tolist())
         half = (np.arange(elements//4) + 0.5)*dx
-        pressed = p[:, :, k]
-        half_x = dx*max(map(reach, pressed.T))
-        ends = low + ds*(elements - max(reach(row[::-1]) for row in pressed)), low + ds*max(map(reach, pressed))
         wheel = point[:, :, k].T*[sign, 1]
         found.append(Patch(
             names[int(flange)], np.concatenate([-half[::-1], half]), low + (np.arange(elements) + 0.5)*ds,
-            np.concatenate([pressed[::-1], pressed]), wheel, wheel @ turn + [y, z], half_x, ends, approach, deepest,
-            np.nan, np.nan, integral, float(total[3]), Ellipse(*hertz) if hertz[2] > 0 else None))
+            np.concatenate([p[::-1, :, k], p[:, :, k]]), width[:, k], wheel, wheel @ turn + [y, z], half_x, (ends[0], ends[1]),
+            approach, deepest, np.nan, np.nan, integral, largest, area, float(total[3]), ellipse if ellipse.largest > 0 else None))
     return found

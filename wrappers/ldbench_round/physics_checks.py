@@ -19,6 +19,10 @@ from .row_checks import OF_MOMENT, has, inertia_findings, lateral_force, lateral
 from .tasks import Task
 
 DOUBT, FAIL = 0.02, 0.1             # relative errors of a balance
+START = 1e-4, 5e-4                  # of Y at the start: doubtful, wrong [m]
+START_RATE = 0.01, 0.05             # of the lateral velocity there, relative: doubtful, wrong
+NEGATIVE = 1e-6, 1e-3               # of the largest force that pulls: doubtful, wrong
+ANGLE = 0.01, 0.1                   # from the direction of the force: doubtful, wrong [rad]
 FEW_ROWS, TOO_FEW_ROWS = 10, 4      # in an impact
 RAMP_ROWS = 3                       # of more than a thousand impacts in 54 s: its begin, its peak and its end
 FINE, COARSE = 0.04, 0.05           # what coarse rows leave of a balance in such intervals: ours of exercise 5 leave 0.03
@@ -71,8 +75,8 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
 
 def start_findings(run: RunData, case: Case) -> Iterator[Finding]:
     """The initial conditions of the exercise."""
-    wanted = {"Y": (case.Y, 1e-4, 5e-4), "Z": (case.Z, 2e-4, 2e-3), "roll": (case.initial_roll, 1e-4, 1e-3),
-              "vY": (case.vY, 0.01*abs(case.vY) + 1e-4, 0.05*abs(case.vY) + 1e-3), "vZ": (case.vZ, 1e-3, 1e-2),
+    wanted = {"Y": (case.Y, *START), "Z": (case.Z, 2e-4, 2e-3), "roll": (case.initial_roll, 1e-4, 1e-3),
+              "vY": (case.vY, START_RATE[0]*abs(case.vY) + 1e-4, START_RATE[1]*abs(case.vY) + 1e-3), "vZ": (case.vZ, 1e-3, 1e-2),
               # The call leaves it to codes with constraints to link the roll velocity to the lateral one.
               "roll_rate": (case.roll_rate, 0.05*abs(case.roll_rate) + 1e-5, 0.3*abs(case.roll_rate) + 1e-3)}
     for column, (value, doubtful, failed) in wanted.items():
@@ -160,7 +164,7 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
         if largest <= 0 <= n[row]:
             continue
         # A contact that only pulls is measured by the weight on a wheel.
-        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/(largest or weight_of(case)/2), 1e-6, 1e-3, row + 1,
+        yield judged(f"N_{contact} is not negative", max(0.0, -float(n[row]))/(largest or weight_of(case)/2), *NEGATIVE, row + 1,
                      "a contact without adhesion does not pull")
         if not has(run, f"Fy_{contact}", f"Fz_{contact}") or not largest:
             continue
@@ -185,7 +189,7 @@ def contact_findings(run: RunData, case: Case) -> Iterator[Finding]:
             signs[contact] = same < turned
         # Either sign is in use.
         error = min((np.where(loaded, np.maximum(np.maximum(low - x, x - high), 0.0), 0.0) for x in (angle, -angle)), key=np.max)
-        yield judged(f"angle_{contact} is that of the force", error.max(), 0.01, 0.1, int(error.argmax()) + 1,
+        yield judged(f"angle_{contact} is that of the force", error.max(), *ANGLE, int(error.argmax()) + 1,
                      "without friction the force is normal to the profiles; [rad]")
     for side, words in ("L", "left"), ("R", "right"):
         if {f"{side}T", f"{side}F"} <= signs.keys():

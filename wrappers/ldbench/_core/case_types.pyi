@@ -119,6 +119,8 @@ class Variables:
     output_interval: Final[float]
     rows: Final[Literal["interval_and_events", "interval"]]
     output_rows: Final[Literal["interval_and_events", "interval"]]
+    pressures: Final[Literal["yes", "no"]]
+    output_pressures: Final[Literal["yes", "no"]]
     geometry_file: Final[str]
     output_geometry_file: Final[str]
 
@@ -239,5 +241,7 @@ class Values(TypedDict, total=False):
     output_interval: float
     rows: Literal["interval_and_events", "interval"]
     output_rows: Literal["interval_and_events", "interval"]
+    pressures: Literal["yes", "no"]
+    output_pressures: Literal["yes", "no"]
     geometry_file: str | PathLike[str]
     output_geometry_file: str | PathLike[str]

@@ -8,7 +8,7 @@ module flat
   use case_check, only: check_case, check_path => check_writable
   use case_reader, only: read_case
   use columns, only: column_type, list_columns, most_columns
-  use contact_pressure, only: press_contact
+  use contact_pressure, only: most_patches, press_contact, pressed_patch
   use contact_table, only: table_type
   use curve, only: curve_frame, curve_type
   use curve_fit, only: interpolate, noise_of => point_noise
@@ -17,10 +17,9 @@ module flat
   use files, only: column_file, write_geometry
   use geometry_functions, only: conicity, geometry_at, geometry_names, geometry_units
   use handles
-  use hertz, only: contact_modulus
   use kinds, only: version
+  use largest_pressure, only: grids
   use motion_state, only: motion_type
-  use patch_grids, only: elements_type
   use profile, only: profile_type, read_profile
   use results, only: result_list
   use run_results, only: results_text => describe_results, setup_text => describe_setup, list_tables, summary
@@ -393,26 +392,39 @@ contains
   end subroutine contact_values
 
   !> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
-  !> its mirror image. Grids have nx by ns elements to a patch; n patches, at most `patches`, are filled. point: rows of
-  !> elements on the wheel, wheelset frame [m]. facts: see `press_contact`. total: F_y, F_z [N], M_x about the axle centre [N m],
-  !> energy [J].
-  subroutine pressures(handle, side, pose, nx, ns, patches, n, ok, p, point, facts, total)
+  !> its mirror image. Grids have nx by ns elements to a patch; n patches are filled. point: rows of elements on the wheel,
+  !> wheelset frame, and half of the pressed length of each row [m]. facts: the numbers of `pressed_patch` in their order, with 1 for a flange. total: F_y, F_z [N], M_x about
+  !> the axle centre [N m], energy [J].
+  subroutine pressures(handle, side, pose, nx, ns, n, ok, p, point, width, facts, total)
     integer(8), intent(in) :: handle
-    integer, intent(in) :: side, nx, ns, patches
+    integer, intent(in) :: side, nx, ns
     real(8), intent(in) :: pose(3)
     integer, intent(out) :: n, ok
-    real(8), intent(out) :: p(nx, ns, patches), point(2, ns, patches), facts(10, patches), total(4)
+    real(8), intent(out) :: p(nx, ns, 4), point(2, ns, 4), width(ns, 4), facts(16, 4), total(4)
     !f2py threadsafe
     type(prepared_type), pointer :: prepared
+    type(pressed_patch) :: patch(most_patches)
     logical :: converged
+    integer :: k
 
     prepared => prepared_at(handle)
     associate (c => prepared%c)
-      call press_contact(prepared%setup%side(side), elements_type(nx, ns, 1d-6, &
-        c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), c%influence == 'flat'), &
-        merge(pose, mirror*pose, side == 1), n, converged, p, point, facts, total)
+      call press_contact(prepared%setup%side(side), grids(c, [nx, ns]), merge(pose, mirror*pose, side == 1), patch, n, converged, &
+        total)
     end associate
-    n = min(n, patches)
+    p = 0
+    point = 0
+    width = 0
+    facts = 0
+    do k = 1, n
+      associate (one => patch(k))
+        p(:, :, k) = one%p
+        point(:, :, k) = one%point
+        width(:, k) = one%width
+        facts(:, k) = [merge(1d0, 0d0, one%flange), one%dx, one%ds, one%low, one%half_x, one%ends, one%approach, one%deepest, &
+                       one%integral, one%largest, one%peak_s, one%area, one%hertz]
+      end associate
+    end do
     ok = merge(1, 0, converged)
   end subroutine pressures
 

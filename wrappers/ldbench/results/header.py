@@ -24,11 +24,17 @@ TAIL = 2**17        # where the results at the end of a file are looked for [byt
 MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file
 SETUP = "clearance_left", "clearance_right", "axle_height", "axle_roll"
 ALWAYS = "t", "rows", "drift", "kinetic_energy", "steps", "step"      # numbers of every run; a damaged header may lack them
-# Results that only some runs tell, and what they are in the others.
-UNTOLD: dict[str, Any] = {
-    "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, **{f"frequency_{k}": np.nan for k in (1, 2, 3)},
-    "changes": "", **{f"{name}_{c}": np.nan for name in ("first_peak_N", "t_first_peak") for c in ("LF", "RF")},
-    **{f"peak_P_{c}": 0.0 for c in CONTACTS}, **{f"t_peak_P_{c}": 0.0 for c in CONTACTS}, "lost": 0.0}
+# Answers that only some runs have: what did not happen is NaN, or '' for a text.
+ABSENT: dict[str, Any] = {
+    **dict.fromkeys((
+        "F_limit_left", "F_limit_right", "t_first_centre", "t_return", "t_unloaded", "F_unloaded", "t_derailment", "F_derailment",
+        "pmax", "t_pmax", "pmax_y", "pmax_z", "drift_reference", "drift_relative",
+        "frequency_1", "frequency_2", "frequency_3"), np.nan),
+    **{f"{name}_{contact}": np.nan for contact in CONTACTS
+       for name in ("t_first", "first_peak_N", "t_first_peak", "first_duration", "first_impulse")},
+    **{f"{name}_{contact}": np.nan for contact in ("LF", "RF") for name in ("turn_impulse", "pmax", "patch", "approach")},
+    **{f"{name}_{contact}": 0.0 for contact in CONTACTS for name in ("peak_P", "t_peak_P")},
+    "rest_Y": 0.0, "rest_Z": 0.0, "rest_roll": 0.0, "lost": 0.0, "pmax_contact": "", "changes": ""}
 
 
 @dataclass(frozen=True)
@@ -96,7 +102,7 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
     errors = {key.removeprefix("table_error_").replace("_", " "): (number(setup, key, 0), number(setup, key, 1))
               for key in setup if key.startswith("table_error_") and not key.endswith("_right")}
     results: dict[str, Any] = {key: number(setup, key) for key in SETUP}
-    results |= {key: number(setup, key) for key in ("rest_Y", "rest_Z", "rest_roll") if key in setup}
+    results |= {key: number(setup, key) for key in setup if key in ABSENT}
     frequencies = setup.get("eigenfrequencies", [])
     for k, frequency in enumerate(frequencies if isinstance(frequencies, list) else [frequencies], 1):
         results[f"frequency_{k}"] = number({"eigenfrequencies": frequency}, "eigenfrequencies")
@@ -108,7 +114,7 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
         results |= {key: value if isinstance(value, str) and key not in ALWAYS else int(value) if isinstance(value, int)
                     else number(told, key) for key, value in told.items()}
         results["derailed"] = number(results, "n_derailment") > 0
-    results |= {key: value for key, value in UNTOLD.items() if key not in results}
+    results |= {key: value for key, value in ABSENT.items() if key not in results}
     return Header(version, name, title, profiles, reconstruction, settings, str(setup.get("table_points", "")), errors, results,
                   events)
 

@@ -25,7 +25,7 @@ from .._core.files import complete
 from ..case import Case
 from ..geometry.outlines import Outlines, Side, run_outlines
 from ..geometry.pressures import known_patches
-from ..pressure import Patch, reach
+from ..pressure import Patch
 from ..results.derived import SIDES, lateral_over_vertical
 from ..results.events import event_kinds
 from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, KN, quantity
@@ -247,8 +247,8 @@ def pressure_entries(run: RunData, contacts: Sequence[str]) -> list[dict[str, An
 def patch_entry(patch: Patch) -> dict[str, Any]:
     """A patch for the page; lengths x in rolling direction (half) and s along the profile [m]."""
     half = patch.p[len(patch.x)//2:]                        # from the middle of the patch in rolling direction
-    widths = np.minimum([reach(column)/len(half) for column in half.T], 1)
     dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
+    widths = np.minimum(patch.width/(len(half)*dx), 1)
     middle = half[0]/max(patch.largest, half.max())
     return {"c": patch.contact, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
             "x": float(f"{len(half)*dx:.4g}"), "s": float(f"{len(patch.s)*ds:.4g}"),
