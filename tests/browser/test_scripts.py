@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import ldbench
-from ldbench.viewer.page import SCRIPTS, wheel_columns
+from ldbench.viewer.page import SCRIPTS, run_entry
 from running import HANG
 from specimen import World
 

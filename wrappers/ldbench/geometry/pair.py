@@ -9,6 +9,7 @@ import numpy as np
 from .._core import flat
 from .._core.calls import Handle, descriptions
 from .._core.errors import Error
+from .._core.wording import clearance_words
 from ..case import Case
 from ..conicity import FINE_PITCH, level_rows, rolled_rows
 from ..profiles.measures import TAPE_CIRCLE
@@ -40,8 +41,7 @@ class Pair:
 
     def lines(self) -> list[str]:
         """What there is to say, line by line."""
-        left, right = (MM*x for x in self.clearance)
-        found = ["rigid-axle clearance " + (f"2 x {left:.3f} mm" if left == right else f"left {left:.3f}, right {right:.3f} mm")]
+        found = [f"rigid-axle clearance {clearance_words(*self.clearance)} mm"]
         for amplitude in (2e-3, 3e-3, 4e-3):
             level, rolled = self.level.conicity_at(amplitude), self.rolled.conicity_at(amplitude)
             if np.isfinite(rolled):

@@ -34,13 +34,16 @@ function combined(sign, a, b) {
   return new Reading(Math.min(...found), Math.max(...found));
 }
 
-// A value between the rows i and i + 1: on the straight line between them, off it by no more than this line, drawn on, misses
-// the rows beside them; of these `joined` tells which follow in the file. Without any, the value is off by what both rows differ.
-function between(t, x, i, at, joined) {
+// A value between the rows i and i + 1: on the straight line between them, off it by what this line, drawn on, misses the rows beside
+// them that `joined` knows to follow in the file, and by the rounding of the file; without any, by what both rows differ. A curve
+// that is smooth or has one kink or jump between the rows is within. A column that stays constant is known.
+function between(t, x, i, at, joined = () => true) {
   const slope = (x[i + 1] - x[i]) / (t[i + 1] - t[i]), line = time => x[i] + slope * (time - t[i]);
   const misses = [[i - 1, i], [i + 2, i + 2]].filter(([k, second]) => k >= 0 && k < t.length && joined(second))
     .map(([k]) => Math.abs(x[k] - line(t[k]))).filter(Number.isFinite);
-  const off = misses.length ? Math.max(...misses) : Math.abs(x[i + 1] - x[i]);
+  if (slope === 0 && misses.includes(0)) return new Reading(x[i]);
+  const off = (misses.length ? misses.reduce((a, b) => a + b) : Math.abs(x[i + 1] - x[i]))
+    + Math.max(Math.abs(x[i]), Math.abs(x[i + 1])) * 10 ** (1 - FILE_DIGITS);
   return new Reading(line(at) - off, line(at) + off);
 }
 

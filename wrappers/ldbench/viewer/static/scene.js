@@ -115,7 +115,7 @@ class Scene {
     this.drawScales(largest);
     this.drawBadge();
     for (const [text, x, y, up] of words) this.labels.write(text, x, y, this.colour.of("ink"), up);
-    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses[0]);
+    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses[0], at);
   }
 
   path(points) {
@@ -182,28 +182,21 @@ class Scene {
     return found;
   }
 
-  // The gap between a flange and its rail along the normal of the rail [m], below zero the approach: the point of the wheel that
-  // is nearest to the rail or deepest in it, and the foot of its normal on the rail. Null where the flange is not beside the rail.
+  // The gap between a flange and its rail along the rail's normal [m], below zero the approach, with the point of the wheel and the
+  // foot of its normal on the rail. Null where no point of the flange is beside the rail.
   normalGap({flank, gauge}, run, pose, side) {
     const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
-    let found = null;
-    for (const [u, v] of flank) {
-      const y = side * pose.y + c * u - s * v, z = run.axle + pose.z + s * u + c * v;
-      if (atHeight(gauge, z) === null) continue;
-      let least = Infinity, own = null;
-      for (let i = 1; i < gauge.length; i++) {
-        const [ay, az] = gauge[i - 1], dy = gauge[i][0] - ay, dz = gauge[i][1] - az, length = Math.hypot(dy, dz);
-        const along = Math.min(Math.max(((y - ay) * dy + (z - az) * dz) / length ** 2, 0), 1);
-        const foot = [ay + along * dy, az + along * dz], away = Math.hypot(y - foot[0], z - foot[1]);
-        if (away < least) [least, own] = [away, {gap: away * Math.sign((z - az) * dy - (y - ay) * dz), point: [side * u, v], foot}];
-      }
-      if (own && (!found || own.gap < found.gap)) found = own;
-    }
-    return found;
+    const placed = ([u, v]) => [side * pose.y + c * u - s * v, run.axle + pose.z + s * u + c * v];
+    const wheel = flank.map(placed), found = leastGap(wheel, gauge);
+    if (!found) return null;
+    // The outlines are curves, of which the nearest points are two: those between them tell tenths of micrometres.
+    const near = finer(flank, found.k), close = leastGap(near.map(placed), finer(gauge, found.i));
+    const [{gap, k, foot}, points] = close ? [close, near] : [found, flank];
+    return {gap, point: [side * points[k][0], points[k][1]], foot};
   }
 
   // Draw the gaps of both flanges; the numbers are those of the true position.
-  drawGaps(shape, run, pose) {
+  drawGaps(shape, run, pose, at) {
     const {g} = this;
     for (const [outline, side] of sidesOf(shape)) {
       const found = this.normalGap(outline, run, pose, side);
@@ -214,7 +207,7 @@ class Scene {
       g.lineWidth = 1;
       const far = Math.hypot(x2 - x1, y2 - y1) || 1, [a, b] = [4 * (y2 - y1) / far, 4 * (x2 - x1) / far];
       strokes(g, [x1, y1, x2, y2], [x1 - a, y1 + b, x1 + a, y1 - b], [x2 - a, y2 + b, x2 + a, y2 - b]);
-      this.labels.write(gapWords(found.gap), (x1 + x2) / 2, (y1 + y2) / 2 + 18, this.colour.of("muted"));
+      this.labels.write(gapWords(found, run, at), (x1 + x2) / 2, (y1 + y2) / 2 + 18, this.colour.of("muted"));
     }
   }
 
@@ -314,7 +307,12 @@ class Scene {
   }
 }
 
-function gapWords(gap) { return `${gap < 0 ? "approach" : "gap"} ${Math.abs(1e3 * gap).toFixed(2)} mm`; }
+// A gap or an approach along the normal, in the digits that the displacements at this time give it.
+function gapWords({gap, point}, run, at) {
+  const [y, z, roll] = ["Y", "Z", "roll"].map(name => run.has(name) ? run.reading(name, at) : new Reading(0));
+  const off = (y.high - y.low + z.high - z.low + Math.hypot(...point) * (roll.high - roll.low)) / 2;
+  return `${gap < 0 ? "approach" : "gap"} ${decimalWords(new Reading(Math.abs(gap) - off, Math.abs(gap) + off), 1e3)} mm`;
+}
 
 // A gap as it is drawn: `factor` times as large if it is small, as it is if it is whole, and in between without a step.
 function exaggerated(gap, whole, factor) {

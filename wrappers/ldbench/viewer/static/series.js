@@ -87,8 +87,11 @@ class Run {
     if (Math.abs(this.t[i] - at) <= SAME) return new Reading(x[i]);
     if (at < this.start || at > this.end) return NOTHING;
     if (this.joined(i + 1)) return between(this.t, x, i, at, k => this.joined(k));
-    const row = indexBefore(this.rowTimes, at + SAME), here = this.limits(name, row);
-    return at - this.rowTimes[row] <= SAME ? here : here.or(this.limits(name, row + 1));
+    const row = indexBefore(this.rowTimes, at + SAME), here = this.limits(name, row), next = this.limits(name, row + 1);
+    if (at - this.rowTimes[row] <= SAME) return here;
+    if (!this.tracks[name]) return here.or(next);
+    const {low, high} = between(this.rowTimes, this.tracks[name], row, at), off = Math.max(here.high - here.low, next.high - next.low);
+    return new Reading(low - off, high + off);
   }
 
   // What is known of a column in a row of the file that is not kept.
