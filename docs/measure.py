@@ -2,7 +2,7 @@
 
     python docs/measure.py report       from the files that `make report` has left in outputs/
     python docs/measure.py validate     from the files that `make validate` has left in outputs/
-    python docs/measure.py variants     runs other laws, accuracies and schemes, and writes a page; some minutes
+    python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
     python docs/measure.py times        builds both contact tables, runs the ten cases: processor times
     python docs/measure.py              does all of these
 
@@ -108,8 +108,8 @@ def of_formulations(found: list[formulations.Outcome]) -> Values:
         return [100*x for x in some if np.isfinite(x)]
 
     values["formulation.t_first_LF.largest [%]"] = max(spreads("t_first_LF"))
-    values["formulation.first_impulse.least [%]"] = min(spreads("first_impulse"))
-    values["formulation.first_impulse.largest [%]"] = max(spreads("first_impulse"))
+    values["formulation.first_impulse.least [%]"] = min(spreads("turn_impulse_LF"))
+    values["formulation.first_impulse.largest [%]"] = max(spreads("turn_impulse_LF"))
     forces = []
     for outcome in found:
         if outcome.exercise == 5 and outcome.formulation == "bilateral":
@@ -194,7 +194,7 @@ def of_unknown_profiles(rows: Iterable[dict[str, str]]) -> Values:
 # Runs of this program ---------------------------------------------------------------------
 
 def of_variants() -> Values:
-    """Results with other laws, accuracies and schemes, and the size of a page."""
+    """Results with other laws and accuracies, and the size of a page."""
     values: Values = {}
     second = Case.exercise(2, "aw").replace(table_file="")
     for model in "halfspace", "strip", "hertz":
@@ -202,9 +202,6 @@ def of_variants() -> Values:
         values[f"t_return.ex2_aw.{model} [ms]"] = 1e3*row["t_return"]
         values[f"drift.ex2_aw.{model} [J]"] = row["drift"]
     values["drift.ex2_aw.coarse strip [J]"] = ldbench.run(second.replace(model="strip", accuracy=0.06)).results["drift"]
-    kept = str(OUTPUTS/"aw_halfspace.table")
-    values["drift.ex2_aw.energy [J]"] = ldbench.run(second.replace(
-        table_file=kept, scheme="energy", beta=0.25, order=2, energy_tolerance=0.0, dt=2e-6)).results["drift"]
     values |= of_causes((1, 2, 3, 4))
     for exercise, peaks in of_accuracies((1, 2, 3, 4)).items():
         values[f"accuracies.ex{exercise}.spread [%]"] = 100*(max(peaks)/min(peaks) - 1)

@@ -201,11 +201,10 @@ def short_table() -> str:
 
 
 def drift_table() -> str:
-    """The energy drift of exercise 2 by law and scheme."""
+    """The energy drift of exercise 2 by law."""
     v = measured()
     rows = {"`halfspace`": "halfspace", "`strip`": "strip", "`hertz`": "hertz",
-            "`strip`, a coarse table (`accuracy = 0.06`)": "coarse strip",
-            "`halfspace`, `scheme = 'energy'`, steps of 2 µs": "energy"}
+            "`strip`, a coarse table (`accuracy = 0.06`)": "coarse strip"}
     return table(("exercise 2, actual profiles", "largest drift [J]"),
                  ((words, power(v[f"drift.ex2_aw.{name} [J]"])) for words, name in rows.items()))
 

@@ -1,8 +1,9 @@
 #!/bin/sh
-# Writes the module `fingerprint`: a checksum of the sources that a contact table depends on, whatever the folder they are in.
+# Writes the module `fingerprint`: a checksum of the statements that a contact table depends on, without comments and blank lines.
 cd "$(dirname "$0")" || exit 1
 export LC_ALL=C     # some shells list files in the order of the locale, which would change the checksum
-cat support/kinds.f90 support/root_bracket.f90 profile/*.f90 contact/*.f90 table/*.f90 | cksum | {
+cat support/kinds.f90 support/root_bracket.f90 profile/*.f90 contact/*.f90 table/*.f90 program/run_setup.f90 program/run_tables.f90 |
+  sed -e 's/^ *!.*//' -e 's/  *! .*//' -e 's/  *!! .*//' -e 's/  *$//' -e '/^$/d' | cksum | {
   read -r sum bytes
   echo "!> What a contact table is made by."
   echo "module fingerprint"

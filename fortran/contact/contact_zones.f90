@@ -1,8 +1,8 @@
-!> Zones of a wheel: stretches that carry one contact patch each.
+!> Zones of a wheel: stretches that are tabulated by themselves.
 !>
 !> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal is
-!> negative, at the mean of the angles of the arc's ends. So a zone holds one patch that moves smoothly, which makes the elastic
-!> energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
+!> negative, at the mean of the angles of the arc's ends. So a zone mostly holds one patch that moves smoothly, which makes the
+!> elastic energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
 !> is another question, which `is_flange` answers.
 module contact_zones
   use kinds, only: degree, dp
@@ -13,10 +13,10 @@ module contact_zones
 
   integer, parameter :: max_zones = 6
 
-  !> A stretch of the wheel that carries one patch.
+  !> A stretch of the wheel between two cuts.
   type :: zone_type
     integer :: first = 0, last = 0     !! indices of its stations
-    logical :: flange = .false.        !! lies on the flange's side of the running tread, by the cut nearest to `root_angle`
+    logical :: past_root = .false.     !! lies on the flange's side of the running tread, by the cut nearest to `root_angle`
     real(dp) :: alpha = 0              !! mean contact angle [rad]
     real(dp) :: pole(2) = 0            !! the point nearest to all contact normals, wheelset frame [m]
   end type zone_type
@@ -63,7 +63,7 @@ contains
     allocate (zones(size(gaps) + 1))
     zones%first = [gaps%cut, 1]
     zones%last = [size(pair%s), gaps%cut]
-    zones%flange = zones%last <= parting
+    zones%past_root = zones%last <= parting
     do i = 1, size(zones)
       call set_pole(pair, zones(i))
     end do

@@ -10,9 +10,8 @@ module motion_state
     real(dp) :: t = 0                  !! [s]
     real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
     real(dp) :: v(3) = 0               !! dq/dt
-    real(dp) :: a(3) = 0               !! accelerations; 'energy': mean over the last step
-    real(dp) :: jerk(3) = 0            !! growth of the accelerations in the last two steps; predicts the next implicit step
-    real(dp) :: dt = 0                 !! the last implicit step [s]
+    real(dp) :: a(3) = 0               !! accelerations
+    real(dp) :: jerk(3) = 0            !! growth of the accelerations in the last implicit step, which predicts the next one
     real(dp) :: work = 0               !! work of the lateral force since the start [J]
     real(dp) :: push(4) = 0            !! integral of each normal force since the start, with the impulses of impacts [N s]
     type(contact_state) :: contact = contact_state()    !! at q

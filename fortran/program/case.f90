@@ -58,7 +58,6 @@ module case
     real(dp) :: accuracy = 2e-3_dp
     integer :: n_lateral = 360, n_roll = 160, n_depth = 40
     ! &integrator
-    character(text_length) :: scheme = 'newmark'
     integer :: order = 2
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
     real(dp) :: dt = 2e-6_dp
@@ -73,7 +72,6 @@ module case
     real(dp) :: interval = 1e-4_dp
     character(text_length) :: rows = 'interval_and_events'
     character(text_length) :: pressures = 'yes'
-    character(text_length) :: geometry_file = ''
   end type case_type
 
   !> One namelist variable; exactly one of the pointers is set.
@@ -171,12 +169,11 @@ contains
       'largest number of lateral points in a zone, of the strips and of the ratio of half-spaces to them')
     call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'largest number of points of the roll angle, of each')
     call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'largest number of points of the root of the penetration, of each')
-    call all%add('integrator', 'scheme', c%scheme, 'newmark energy', &
-      'Newmark''s family, or average acceleration with a discrete gradient, which keeps the energy')
     call all%add('integrator', 'order', c%order, 2, 6, &
-      'order of the scheme: 2, 4 or, explicit only, 6; the higher ones by composition')
-    call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', 'parameter beta of Newmark''s method; 0 is explicit')
-    call all%add('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'parameter gamma of Newmark''s method')
+      'order of the steps: 2 (Newmark), 4 or 6 (explicit)')
+    call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', &
+      'beta of Newmark''s method; 0 is explicit, as order = 4 and 6 are')
+    call all%add('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'gamma of Newmark''s method')
     call all%add('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
       'longest step; the interval between rows is a whole number of steps')
     call all%add('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
@@ -193,7 +190,6 @@ contains
       'rows at equal intervals, and also at events, changes of contact and peaks of force')
     call all%add('output', 'pressures', c%pressures, 'yes no', &
       'whether the results have the largest pressure and the pressures of flanges, of the model halfspace')
-    call all%add('output', 'geometry_file', c%geometry_file, '', 'file of the geometry functions; none if empty')
     list = all%list(:all%n)
   end subroutine list_variables
 

@@ -32,10 +32,8 @@ contains
     call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case name', 'a word that can name a file', &
       "'"//trim(c%name)//"'")
     call demand(any(c%order == [2, 4, 6]), 'integrator order', '2, 4 or 6', str(c%order))
-    call demand(c%order < 6 .or. c%scheme == 'newmark' .and. c%beta <= 0, 'integrator order', &
-      '2 or 4 unless scheme = ''newmark'' with beta = 0', '6')
-    call demand(c%scheme /= 'newmark' .or. c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator gamma', '0.5 with order = '// &
-      str(c%order), str(c%gamma))
+    call demand(c%order == 2 .or. c%beta <= 0, 'integrator beta', '0 with order = '//str(c%order), str(c%beta))
+    call demand(c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator gamma', '0.5 with order = '//str(c%order), str(c%gamma))
     call demand(c%formulation == 'unilateral' .or. c%restitution >= 1, 'contact restitution', '1, for only formulation = '// &
       '''unilateral'' has impacts', str(c%restitution)//' with '''//trim(c%formulation)//'''')
     call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact stiffness_scale', &
@@ -64,15 +62,15 @@ contains
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(48), parameter :: names(9) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
+    character(48), parameter :: names(8) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
       '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
-      '&table file of the right side', '&output file', '&output geometry_file']
+      '&table file of the right side', '&output file']
     integer, parameter :: first_written = 6
     character(max(len(file), text_length + 12)) :: paths(size(names))     ! the default output path adds 12 characters
     integer :: i, j
 
     paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
-      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c), c%geometry_file]
+      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c)]
     if (file == 'standard input') paths(1) = '-'
     do i = first_written, size(names)
       if (paths(i) == '') cycle

@@ -118,7 +118,9 @@ contains
       hardest = moments(k)
       wheel = wheels(k)
     end do
-    if (wheel > 0) call press(c, side(wheel), wheel, hardest, fine, largest, unused)
+    if (wheel == 0) return
+    call press(c, side(wheel), wheel, hardest, fine, one, unused)
+    if (one%largest > largest%largest) largest = one
   end subroutine find_pressures
 
   !> The largest pressure of a wheel at a moment, and the pressures of its flange.

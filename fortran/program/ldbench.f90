@@ -7,7 +7,7 @@ program ldbench
   use case_reader, only: read_case
   use errors, only: error_type, fatal_error
   use kinds, only: version
-  use files, only: begin_columns, column_file, finish_files
+  use column_files, only: begin_columns, column_file, finish_columns
   use progress, only: terminal_monitor
   use run_monitor, only: run_type
   use run_results, only: summary
@@ -67,14 +67,13 @@ contains
     if (.not. allocated(error)) call read_case(file, lines, c, error)
     if (.not. allocated(error)) call check_case(file, c, error)
     if (.not. allocated(error)) call check_writable(file, '&output file', trim(output_path(c)), error)
-    if (.not. allocated(error)) call check_writable(file, '&output geometry_file', trim(c%geometry_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
     if (allocated(error)) return
     call prepare(c, setup, error, watcher)
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
-    if (.not. allocated(error)) call finish_files(c, setup, result, columns, trim(c%geometry_file), error)
+    if (.not. allocated(error)) call finish_columns(c, result, columns, error)
     call columns%file%abandon()
     call watcher%clear()
     if (.not. allocated(error)) then

@@ -15,6 +15,7 @@ module results
     character(:), allocatable :: entries     !! lines of a namelist group
     character(:), allocatable :: warnings    !! lines
     character(:), allocatable :: sentences   !! the text on the terminal, with the warnings
+    logical :: silent = .false.              !! what is added has no sentence
   contains
     procedure, private :: add_numbers, add_count, add_text
     generic :: add => add_numbers, add_count, add_text
@@ -94,6 +95,7 @@ contains
     character(*), intent(in), optional :: value
     integer :: mark
 
+    if (this%silent) return
     mark = index(words, '#')
     if (mark == 0 .or. .not. present(value)) then
       this%sentences = this%sentences//words

@@ -2,12 +2,13 @@
 module rigid_run
   use errors, only: error_type, fatal_error
   use events, only: never
+  use force_peaks, only: passed_peak
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: energy_rounding
+  use integrators, only: energy_rounding
   use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, rule_type, start_motion, step_ok
   use row_sink, only: at_event, at_impact
-  use run_monitor, only: normal_forces, passed_peak, instant, run_monitor_type
+  use run_monitor, only: normal_forces, instant, run_monitor_type
   use run_setup, only: setup_type
   implicit none
   private
@@ -100,7 +101,7 @@ contains
     if (struck) call monitor%note_forces(rigid%before)
     if (.not. monitor%event_rows) return
     do k = 1, 4
-      if (passed_peak(monitor, k)) call monitor%put(monitor%past(1), at_event)
+      if (passed_peak(monitor%forces(k, :))) call monitor%put(monitor%past(1), at_event)
     end do
     if (struck) then
       call monitor%put(rigid%before, at_impact)

@@ -14,7 +14,7 @@ module run_monitor
   use wheelset, only: closed, left_flange, right_flange
   implicit none
   private
-  public :: run_type, run_monitor_type, passed_peak, normal_forces, instant
+  public :: run_type, run_monitor_type, normal_forces, instant
 
   integer, parameter :: coordinate(6) = [1, 1, 2, 2, 3, 3], way(6) = [1, -1, 1, -1, 1, -1]   !! of the extremes
 
@@ -252,14 +252,6 @@ contains
       run%extreme_time(k) = old%t + u*(new%t - old%t)
     end do
   end subroutine note_extremes
-
-  !> Whether the normal force of contact k was largest about one step ago: a peak is known one step after it has passed.
-  pure logical function passed_peak(this, k)
-    class(run_monitor_type), intent(in) :: this
-    integer, intent(in) :: k
-
-    passed_peak = this%forces(k, 2) > this%forces(k, 1) .and. this%forces(k, 2) >= this%forces(k, 3)
-  end function passed_peak
 
   !> Normal forces of the four contacts [N].
   pure function normal_forces(motion) result(force)

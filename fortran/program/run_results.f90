@@ -174,8 +174,7 @@ contains
       points = points//str(table%zones(k)%u%n)//' x '//str(table%roll%n)//' x '//str(table%zones(k)%q%n)
     end do
     call items%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
-    associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved, &
-      pulling => table%accuracy%pulling)
+    associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved)
       if (any(poses > 0)) call items%append('error of the contact force, rms (largest), relative to '//floored_force//':'//newline)
       do k = 1, size(group)
         if (poses(k) > 0) call items%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
@@ -185,9 +184,6 @@ contains
         ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
       if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)// &
         ' direct evaluations did not converge; the stated error leaves them out')
-      if (pulling > 0) call items%warn(what//': expected contacts that push in service, found '//str(pulling)//' point'// &
-        trim(merge(' ', 's', pulling == 1))//' at which the contact would pull, where a run stops; lower &table accuracy or '// &
-        'raise n_lateral, n_roll, n_depth')
       if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call items%warn(what//': expected an rms error of at most '// &
         '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
       if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call items%warn(what//': expected an rms error '// &
@@ -218,9 +214,10 @@ contains
     call list_events(c, run%log, items)
     call items%append('number of events:'//newline)
     do k = 1, merge(size(event_kinds), elastic_kinds, rigid)
-      call items%add('n_'//joined(event_kinds(k)), int(run%log%counts(k), int64), &
-        repeat('  '//trim(event_kinds(k))//' #'//newline, min(1, run%log%counts(k))))
+      items%silent = run%log%counts(k) == 0
+      call items%add('n_'//joined(event_kinds(k)), int(run%log%counts(k), int64), '  '//trim(event_kinds(k))//' #'//newline)
     end do
+    items%silent = .false.
     do k = 1, 6
       call items%add(trim(extreme(k)), [run%extreme(k)], merge('m  ', 'rad', k <= 4), trim(extreme_words(k)), 'f0.3', milli)
       call items%add('t_'//trim(extreme(k)), [run%extreme_time(k)], 's', ' at # s'//merge(newline, ',', k == 4 .or. k == 6), 'f0.6')
@@ -256,8 +253,10 @@ contains
     call items%add('steps', run%steps, 'steps: #')
     call items%add('step', [run%step], 's, at most', ' of at most # s')
     call items%add('cuts', run%cuts, ', of which #'//trim(merge(' was cut ', ' were cut', run%cuts == 1)))
-    call items%add('missed', run%missed, repeat(', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
-      trim(merge(' ', 's', c%max_halvings == 1)), count([run%missed > 0])))
+    items%silent = run%missed == 0
+    call items%add('missed', run%missed, ', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
+      trim(merge(' ', 's', c%max_halvings == 1)))
+    items%silent = .false.
     call items%add('evaluations', run%evaluations, '; contact evaluations: #'//newline)
     call items%add('t', [run%last(1)], 's, at the end', 'ended at t = # s', 'f0.6')
     call items%add('end', trim(ending(c, run)), ': #'//newline)
@@ -273,9 +272,11 @@ contains
 
       call items%append(title//newline)
       do k = 1, 4
-        call items%add(name//contact_name(k), x(k:k), unit, repeat('  '//contact_name(k)//' #', count(x(k:k) > 0)), 'f0.3', factor)
-        call items%add(time_name//contact_name(k), time(k:k), 's', repeat(' at # s'//newline, count(x(k:k) > 0)), 'f0.6')
+        items%silent = .not. x(k) > 0
+        call items%add(name//contact_name(k), x(k:k), unit, '  '//contact_name(k)//' #', 'f0.3', factor)
+        call items%add(time_name//contact_name(k), time(k:k), 's', ' at # s'//newline, 'f0.6')
       end do
+      items%silent = .false.
     end subroutine list_peaks
 
   end subroutine list_outcome
@@ -367,32 +368,35 @@ contains
     type(event_log), intent(in) :: log
     type(result_list), intent(inout) :: items
     character(:), allocatable :: name
-    integer :: k, i, impacts, shown
+    integer :: k, i, impacts
 
     impacts = 0
     call items%append('events:'//newline)
     do k = 1, log%n
       associate (event => log%list(k))
         if (event%kind == impact) impacts = impacts + 1
-        shown = merge(0, 1, event%kind == impact .and. impacts > listed_impacts)
+        items%silent = event%kind == impact .and. impacts > listed_impacts
         name = 'event('//str(k)//')%'
-        call items%add(name//'t', [event%t], '', repeat('  t = # s', shown), 'f0.6')
-        call items%add(name//'kind', trim(event_kinds(event%kind)), repeat('  #', shown))
+        call items%add(name//'t', [event%t], '', '  t = # s', 'f0.6')
+        call items%add(name//'kind', trim(event_kinds(event%kind)), '  #')
         if (event%angle > 0) call items%add(name//'angle', [event%angle], '', ' at # degrees', 'f0.1', 1/degree)
-        if (is_loaded(c)) call items%add(name//'force', [event%force], '', repeat(', lateral force # kN', shown), 'f0.3', kilo)
+        if (is_loaded(c)) call items%add(name//'force', [event%force], '', ', lateral force # kN', 'f0.3', kilo)
         if (any(abs(event%impulse) > 0)) then
-          call items%append(repeat(', impulses [N s]', shown))
+          call items%append(', impulses [N s]')
           do i = 1, 4
             if (abs(event%impulse(i)) > 0) &
-              call items%add(name//'P_'//contact_name(i), event%impulse(i:i), '', repeat(' '//contact_name(i)//' #', shown), 'f0.3')
+              call items%add(name//'P_'//contact_name(i), event%impulse(i:i), '', ' '//contact_name(i)//' #', 'f0.3')
           end do
-          call items%add(name//'loss', [event%loss], '', repeat(', energy lost [J] #', shown), 'f0.6')
+          call items%add(name//'loss', [event%loss], '', ', energy lost [J] #', 'f0.6')
         end if
-        call items%append(repeat(newline, shown))
+        call items%append(newline)
       end associate
     end do
-    if (sum(log%counts) > log%n - max(0, impacts - listed_impacts)) call items%append('  (the list has the first '//str(kept)// &
-      ' events of each kind'//repeat(', '//str(listed_impacts)//' impacts', min(1, impacts))//')'//newline)
+    items%silent = .false.
+    if (sum(log%counts) <= log%n - max(0, impacts - listed_impacts)) return
+    call items%append('  (the list has the first '//str(kept)//' events of each kind')
+    if (impacts > 0) call items%append(', '//str(listed_impacts)//' impacts')
+    call items%append(')'//newline)
   end subroutine list_events
 
   !> Whether a case has a lateral force.
@@ -437,7 +441,7 @@ contains
     case default
       return
     end select
-    lines = lines//'this formulation does not use &material, &contact model, &integrator scheme, order, beta, gamma, '// &
+    lines = lines//'this formulation does not use &material, &contact model, &integrator order, beta, gamma, '// &
       'tolerance and max_iterations, and &table except lateral, roll and drop, at which a derailed run ends'//newline
   end subroutine add_formulation
 

@@ -5,7 +5,7 @@ module run_setup
   use case, only: case_type
   use contact_zones, only: find_zones, least_turn, side_type
   use errors, only: error_type, fatal_error
-  use geometry_functions, only: clearance, rigid_contact
+  use rigid_geometry, only: clearance, rigid_contact
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
   use placement, only: place_profiles
@@ -63,8 +63,9 @@ contains
     end if
     setup%symmetric = same_pair(setup%side(1)%pair, setup%side(2)%pair)
     do k = 1, merge(1, 2, setup%symmetric)
-      ! The right side is the left one of the mirror image. (gfortran never frees the copy of an array by a list of indices.)
-      call clearance(setup%side(k:3 - k:3 - 2*k), setup%side(k)%clearance, ok)
+      ! The right side is the left one of the mirror image.
+      if (k == 1) call clearance(setup%side, setup%side(k)%clearance, ok)
+      if (k == 2) call clearance(setup%side(2:1:-1), setup%side(k)%clearance, ok)
       if (ok) cycle
       call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
         str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
@@ -94,7 +95,8 @@ contains
           call read_profile(trim(files(2, k)), is_rail, rail, error)
         end if
         if (.not. allocated(error)) then
-          faulty = repeat(trim(names(1, 2))//', '//trim(names(2, 2)), k - 1)
+          faulty = ''
+          if (k == 2) faulty = trim(names(1, 2))//', '//trim(names(2, 2))
           call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
             c%rolling_radius, side%pair, error)
         end if

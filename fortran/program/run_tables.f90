@@ -5,11 +5,11 @@ module run_tables
   use contact_zones, only: side_type
   use errors, only: error_type, fatal_error
   use fingerprint, only: table_sources
-  use geometry_functions, only: clearance
+  use rigid_geometry, only: clearance
   use hertz, only: contact_modulus
   use kinds, only: degree, dp
   use profile, only: profile_type
-  use progress, only: monitor_type
+  use progress, only: monitor_type, table_reached
   use run_setup, only: setup_type
   use service_poses, only: fit_extent, request_type
   use table_builder, only: build_table
@@ -57,8 +57,6 @@ contains
       if (allocated(error)) return
     end do
     do k = 1, n
-      if (present(watcher)) watcher%from = (k - 1.0_dp)/n
-      if (present(watcher)) watcher%to = real(k, dp)/n
       if (.not. wanted(k)%found) then
         request = table_request(c, setup%side(k))
         call build_table(request, wanted(k)%key, wanted(k)%table, stopped, watcher)
@@ -67,7 +65,7 @@ contains
           call fatal_error(error, 'stopped by the user')
           return
         end if
-        if (present(watcher)) call watcher%tell('table', 1.0_dp)
+        call table_reached(1.0_dp, watcher)
         if (wanted(k)%file /= '') call save_table(trim(wanted(k)%file), wanted(k)%table, error)
         if (allocated(error)) return
       end if

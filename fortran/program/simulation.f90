@@ -2,8 +2,8 @@
 !>
 !> 1. `read_case` reads the namelist and `check_case` checks it, before this module is called.
 !> 2. `prepare` places the wheels on the rails, loads the contact tables or builds them, and finds the pose of rest.
-!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is cut (`elastic_run`,
-!>    `rigid_run`). After each step events are watched for, and rows, peaks and the energy balance are noted.
+!> 3. `simulate` advances the motion from row to row. A step that changes the energy too much is cut (`cut_steps`,
+!>    `rigid_steps`). After each step events are watched for, and rows, peaks and the energy balance are noted.
 !> 4. `run_results` tells what the run came to, after this module has returned.
 module simulation
   use case, only: case_type
@@ -12,7 +12,7 @@ module simulation
   use events, only: never
   use kinds, only: dp, pi
   use motion_state, only: motion_type
-  use newmark, only: scheme_type, stability_limit
+  use integrators, only: integrator_type, stability_limit
   use progress, only: monitor_type
   use rigid_run, only: rigid_step, rigid_type, start_rigid
   use row_sink, only: on_grid, row_writer
@@ -47,7 +47,7 @@ contains
     type(run_type), intent(out) :: run
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
-    type(scheme_type) :: scheme
+    type(integrator_type) :: integrator
     type(motion_type) :: motion
     type(rigid_type), allocatable :: rigid
     type(run_monitor_type), allocatable :: monitor
@@ -60,7 +60,7 @@ contains
 
     call cpu_time(from)
     allocate (rigid, monitor)
-    scheme = scheme_type(c%scheme(:16), c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
+    integrator = integrator_type(c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
     substeps = ceiling(c%interval/c%dt*(1 - 1e-9_dp))
     monitor%run%step = c%interval/substeps
     report_rows = max(1, min(100, report_steps/substeps))
@@ -71,7 +71,7 @@ contains
     monitor%setup => setup
     monitor%run%changes = ''
     if (elastic) then
-      monitor%run%stable_step = stability_limit(scheme)/(2*pi*maxval(setup%frequency))
+      monitor%run%stable_step = stability_limit(integrator)/(2*pi*maxval(setup%frequency))
       call start_elastic(monitor, motion, error)
     else
       call start_rigid(monitor, rigid, motion, error)
@@ -88,7 +88,7 @@ contains
       do i = 1, substeps
         motion%t = (row - 1)*c%interval + (i - 1)*h
         if (elastic) then
-          call elastic_step(scheme, motion, monitor, h, 0, error)
+          call elastic_step(integrator, motion, monitor, h, error)
         else
           call rigid_step(rigid, motion, monitor, h, error)
         end if

@@ -3,7 +3,7 @@
 !> J holds the gradients of the closed gaps in rows and M is the diagonal mass matrix of q = (y, z, roll).  At most three
 !> contacts can be closed, as many as q has components.
 module constraint_forces
-  use complementarity, only: solve_linear
+  use linear_solver, only: solve_linear
   use contact_zones, only: side_type
   use gap_functions, only: find_gap, gap_type
   use kinds, only: dp

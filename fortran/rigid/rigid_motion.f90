@@ -73,8 +73,11 @@ contains
       centred = mirror*centred
       rate = mirror*rate
     end if
-    k = merge(2, 1, r%mirrored)
-    call start_own(side(k:3 - k:3 - 2*k), centred, farthest, given, rate, r, ok)
+    if (r%mirrored) then
+      call start_own(side(2:1:-1), centred, farthest, given, rate, r, ok)
+    else
+      call start_own(side, centred, farthest, given, rate, r, ok)
+    end if
     if (.not. ok) then
       call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset on both rails with formulation = '''// &
         trim(merge('bilateral ', 'unilateral', rule%bilateral))//''', found none there')
@@ -149,11 +152,13 @@ contains
     integer, intent(out) :: evaluations        !! number of evaluations of the contacts
     integer, intent(out) :: status             !! step_ok, path_ends, no_solution or impacts_crowd
     real(dp) :: asked
-    integer :: k
 
     asked = dt
-    k = merge(2, 1, r%mirrored)
-    call advance_contacts(side(k:3 - k:3 - 2*k), r%w, r%rule, r%state, r%before, dt, evaluations, status)
+    if (r%mirrored) then
+      call advance_contacts(side(2:1:-1), r%w, r%rule, r%state, r%before, dt, evaluations, status)
+    else
+      call advance_contacts(side, r%w, r%rule, r%state, r%before, dt, evaluations, status)
+    end if
     r%idle = merge(r%idle + 1, 0, dt <= epsilon(dt)*asked)
     if (r%idle > most_idle) status = impacts_crowd
     motion = to_case(r%state%motion, r%mirrored)

@@ -19,7 +19,7 @@ module rigid_steps
   use impacts, only: resolve_contacts, set_forces, still, touching
   use kinds, only: dp
   use motion_state, only: motion_type
-  use newmark, only: energy_change, energy_rounding
+  use integrators, only: energy_change, energy_rounding
   use rival_points, only: drop_merged_rivals, search_rivals
   use root_bracket, only: bracket_type
   use wheelset, only: external_force, wheelset_type

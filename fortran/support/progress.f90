@@ -6,17 +6,13 @@ module progress
   use system, only: on_terminal
   implicit none
   private
-  public :: monitor_type, terminal_monitor, goes_on, share_of_round, build_share
-
-  !> Share of the work on a contact table that building takes; the rest measures the error.
-  real(dp), parameter :: build_share = 0.85_dp
+  public :: monitor_type, terminal_monitor, goes_on, table_reached
 
   type, abstract :: monitor_type
     logical :: stop = .false.            !! set it to end the computation early
-    real(dp) :: from = 0, to = 1         !! the part of the stage to which the reported shares belong
+    real(dp) :: table_share = 0          !! of the work on a contact table, that is done
   contains
     procedure(report), deferred :: report
-    procedure :: tell
   end type monitor_type
 
   abstract interface
@@ -41,51 +37,34 @@ module progress
 
 contains
 
-  !> Report a share of the part of the stage that is under way.
-  subroutine tell(this, stage, share)
-    class(monitor_type), intent(inout) :: this
-    character(*), intent(in) :: stage
-    real(dp), intent(in) :: share
-
-    call this%report(stage, this%from + share*(this%to - this%from))
-  end subroutine tell
-
-  !> Count a piece of the work and say whether it is to be done. The thread that began the work tells the watcher, who may
-  !> ask it to stop.
-  logical function goes_on(work, done, all, stopped, watcher)
-    !$ use omp_lib, only: omp_get_thread_num
-    real(dp), intent(in) :: work(2)
-    integer, intent(inout) :: done         !! shared by the threads, as `stopped` is
-    integer, intent(in) :: all
-    logical, intent(inout) :: stopped
+  !> A stage of the work on a contact table has ended.
+  subroutine table_reached(share, watcher)
+    real(dp), intent(in) :: share          !! of the work
     class(monitor_type), intent(inout), optional :: watcher
-    integer :: before
+
+    if (.not. present(watcher)) return
+    watcher%table_share = share
+    call watcher%report('table', share)
+  end subroutine table_reached
+
+  !> Whether a piece of the work on a contact table is to be done. The thread that began the work asks the watcher.
+  logical function goes_on(stopped, watcher)
+    !$ use omp_lib, only: omp_get_thread_num
+    logical, intent(inout) :: stopped      !! shared by the threads
+    class(monitor_type), intent(inout), optional :: watcher
     logical :: no_more
 
-    !$omp atomic capture
-    before = done
-    done = done + 1
-    !$omp end atomic
     !$omp atomic read
     no_more = stopped
     goes_on = .not. no_more
     if (.not. present(watcher) .or. .not. goes_on) return
     !$ if (omp_get_thread_num() /= 0) return
-    call watcher%tell('table', work(1) + (work(2) - work(1))*before/all)
+    call watcher%report('table', watcher%table_share)
     goes_on = .not. watcher%stop
     if (goes_on) return
     !$omp atomic write
     stopped = .true.
   end function goes_on
-
-  !> Share of the work that is done before and after a round. Each round is expected to leave 0.6 of the remaining work.
-  pure function share_of_round(work, round) result(part)
-    real(dp), intent(in) :: work(2)
-    integer, intent(in) :: round
-    real(dp) :: part(2)
-
-    part = work(1) + (work(2) - work(1))*[1 - 0.6_dp**(round - 1), 1 - 0.6_dp**round]
-  end function share_of_round
 
   subroutine begin(this)
     class(terminal_monitor), intent(inout) :: this

@@ -17,7 +17,6 @@ module contact_table
   !> both at once, and in rolling over the rail. A place without poses has no known error.
   type :: accuracy_type
     integer :: unsolved = 0             !! poses left out, as their direct evaluation did not converge
-    integer :: pulling = 0              !! points in service where the contact would pull: a run stops there
     integer :: poses(4) = 0             !! compared
     real(dp) :: rms(4) = 0, largest(4) = 0   !! errors
   end type accuracy_type

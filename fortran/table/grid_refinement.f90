@@ -14,7 +14,7 @@ module grid_refinement
   use kinds, only: dp
   use contact_table, only: table_type
   use zone_tables, only: zone_pose
-  use progress, only: goes_on, monitor_type, share_of_round
+  use progress, only: goes_on, monitor_type
   use service_poses, only: estimated_force, extent_type, find_allowance, force_floor, request_type
   implicit none
   private
@@ -87,10 +87,9 @@ contains
 
   !> Sample a function and halve the cells in which the spline errs, until no cell errs or a rule ends it. `stopped` is true
   !> if the watcher asked to stop.
-  subroutine adapt(values, rules, share, stopped, watcher)
+  subroutine adapt(values, rules, stopped, watcher)
     class(gridded_function), intent(inout) :: values
     type(rules_type), intent(in) :: rules
-    real(dp), intent(in) :: share(2)       !! share of the progress at the begin and at the end
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     integer :: round
@@ -98,7 +97,7 @@ contains
 
     stopped = .false.
     do round = 1, rules%rounds
-      call sample_rows(values, share_of_round(share, round), stopped, watcher)
+      call sample_rows(values, stopped, watcher)
       if (stopped) return
       call values%complete()
       if (round == rules%rounds) exit
@@ -108,21 +107,19 @@ contains
   end subroutine adapt
 
   !> Sample all rows, each in one thread.
-  subroutine sample_rows(values, share, stopped, watcher)
+  subroutine sample_rows(values, stopped, watcher)
     class(gridded_function), intent(inout) :: values
-    real(dp), intent(in) :: share(2)
     logical, intent(inout) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
-    integer :: row, z, done, before(0:size(values%grid))
+    integer :: row, z, before(0:size(values%grid))
 
     before(0) = 0
     do z = 1, size(values%grid)
       before(z) = before(z - 1) + values%grid(z)%roll%n
     end do
-    done = 0
-    !$omp parallel do schedule(dynamic) private(z) shared(done, stopped)
+    !$omp parallel do schedule(dynamic) private(z) shared(stopped)
     do row = 1, before(size(values%grid))
-      if (.not. goes_on(share, done, before(size(values%grid)), stopped, watcher)) cycle
+      if (.not. goes_on(stopped, watcher)) cycle
       z = count(before(:size(values%grid) - 1) < row)
       call values%sample(z, row - before(z - 1))
     end do

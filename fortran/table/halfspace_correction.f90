@@ -38,14 +38,13 @@ module halfspace_correction
 contains
 
   !> Compute the ratios of all zones of a table of strips.
-  subroutine solve_ratios(request, accuracy, elements, table, ratio, solutions, share, stopped, watcher)
+  subroutine solve_ratios(request, accuracy, elements, table, ratio, solutions, stopped, watcher)
     type(request_type), intent(in) :: request
     type(elements_type), intent(in) :: elements
     real(dp), intent(in) :: accuracy         !! error of the force that the ratios may cause, relative to the force
     type(table_type), intent(in), target :: table
     type(grid_type), allocatable, intent(out) :: ratio(:)
     integer, intent(inout) :: solutions(2)   !! poses solved, and those that did not converge
-    real(dp), intent(in) :: share(2)         !! share of the progress at the begin and at the end
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     type(ratio_type) :: c
@@ -59,12 +58,12 @@ contains
     n = min(first_points, request%most)
     do z = 1, size(table%zones)
       associate (t => table%zones(z))
-        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%flange, n(1)), first_roll(request%extent, n(2)), &
+        c%grid(z) = new_grid(first_u(t%u%low, t%u%high, t%past_root, n(1)), first_roll(request%extent, n(2)), &
           new_axis(first_depths(n(3), t%q%high)), &
-          [merge(least_flange, least_tread, t%flange), 2*least_roll, 2*least_q], 1.0_dp)
+          [merge(least_flange, least_tread, t%past_root), 2*least_roll, 2*least_q], 1.0_dp)
       end associate
     end do
-    call adapt(c, rules_type(request%most, most_values, most_rounds), share, stopped, watcher)
+    call adapt(c, rules_type(request%most, most_values, most_rounds), stopped, watcher)
     solutions = c%solutions
     call move_alloc(c%grid, ratio)
   end subroutine solve_ratios

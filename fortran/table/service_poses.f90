@@ -140,7 +140,7 @@ contains
         shallower = min(shallower, tread/2)
         reachable = depth <= tread*merge(margin_depth, 1.0_dp, with_margin)
       else
-        reachable = table%zones(zone)%flange .or. depth <= tread*merge(1.2_dp, 1.0_dp, with_margin)
+        reachable = table%zones(zone)%past_root .or. depth <= tread*merge(1.2_dp, 1.0_dp, with_margin)
       end if
       if (.not. reachable) return
       call find_roll(table, pose(3), .false., roll, opposite, status)
@@ -160,7 +160,7 @@ contains
         second = max(second, min(deepest, found))
         deepest = max(deepest, found)
         if (second > shallower .or. (second > 0 .and. deepest > deeper) .or. third > third_most) return
-        if (.not. table%zones(i)%flange .and. found > tread*merge(1.2_dp, 1.0_dp, with_margin)) return
+        if (.not. table%zones(i)%past_root .and. found > tread*merge(1.2_dp, 1.0_dp, with_margin)) return
       end do
       do i = 1, size(table%zones)
         if (present(depths)) then
@@ -168,7 +168,7 @@ contains
         else
           found = zone_penetration(table%zones(i), mirror*pose, opposite)
         end if
-        if (found > merge(extent%depth, tread, table%zones(i)%flange) + merge(margin_height, 0.0_dp, with_margin)) return
+        if (found > merge(extent%depth, tread, table%zones(i)%past_root) + merge(margin_height, 0.0_dp, with_margin)) return
       end do
     end associate
     allowance = error_allowance(request, pose, with_margin)

@@ -12,7 +12,7 @@ module table_builder
   use kinds, only: dp
   use contact_table, only: table_type
   use zone_tables, only: bound_heights, zone_table
-  use progress, only: build_share, monitor_type
+  use progress, only: monitor_type, table_reached
   use halfspace_correction, only: multiply, solve_ratios
   use patch_grids, only: elements_type
   use service_poses, only: request_type
@@ -46,8 +46,8 @@ module table_builder
   ! Grids over half a patch. The energy has the square of the solver's error.
   integer, parameter :: elements_x = 5, elements_s = 20
   real(dp), parameter :: solver_tolerance = 2e-3_dp
-  ! Shares of the work on a table of half-spaces at which strips and ratios are done.
-  real(dp), parameter :: progress_strip = 0.3_dp*build_share, progress_ratio = 0.8_dp*build_share
+  ! Shares of the work on a table of half-spaces that are done after strips, ratios and pairs.
+  real(dp), parameter :: after_strips = 0.25_dp, after_ratios = 0.7_dp, after_pairs = 0.85_dp
 
 contains
 
@@ -78,13 +78,15 @@ contains
     do z = 1, n
       call start_zone(energy, z)
     end do
-    call adapt(energy, rules, [0.0_dp, merge(progress_strip, build_share, halfspace)], stopped, watcher)
+    call table_reached(0.0_dp, watcher)
+    call adapt(energy, rules, stopped, watcher)
     if (stopped) return
+    call table_reached(merge(after_strips, after_pairs, halfspace), watcher)
     if (halfspace) then
       elements = elements_type(elements_x, elements_s, solver_tolerance, request%e_star, request%influence == 'flat', .true.)
-      call solve_ratios(request, request%accuracy*share, elements, table, ratio, table%solutions, &
-        [progress_strip, progress_ratio], stopped, watcher)
+      call solve_ratios(request, request%accuracy*share, elements, table, ratio, table%solutions, stopped, watcher)
       if (stopped) return
+      call table_reached(after_ratios, watcher)
       roll = table%roll
       do z = 1, n
         roll = united(roll, ratio(z)%roll, least_roll)
@@ -94,8 +96,8 @@ contains
         call multiply(ratio(z), table%roll, roll, table%zones(z))
       end do
       table%roll = roll
-      if (request%influence /= 'apart') call add_pairs(request, elements, table, table%solutions, &
-        [progress_ratio, build_share], stopped, watcher)
+      if (request%influence /= 'apart') call add_pairs(request, elements, table, table%solutions, stopped, watcher)
+      call table_reached(after_pairs, watcher)
     end if
   end subroutine build_table
 
@@ -110,7 +112,7 @@ contains
     n = min(first_points, energy%request%most)
     associate (pair => energy%request%side%pair, zone => energy%request%side%zones(z), extent => energy%request%extent, &
       t => energy%table%zones(z))
-      t%flange = zone%flange
+      t%past_root = zone%past_root
       t%pole = zone%pole
       t%along = [cos(zone%alpha), sin(zone%alpha)]
       ! In the reference pose the zone just touches, where the wheelset is likely to be when it does.
@@ -120,7 +122,7 @@ contains
       t%tip = tip_coordinate(pair, t, zone%first)
       corners = [-extent%lateral - centre(1), extent%lateral - centre(1)]*t%along(1) &
         + [-extent%drop, extent%lift]*t%along(2)
-      u = first_u(corners(1), corners(2), zone%flange, n(1))
+      u = first_u(corners(1), corners(2), zone%past_root, n(1))
       roll = first_roll(extent, n(2))
       q = new_axis([(((i - 1)/real(n(3) - 1, dp))**grading*sqrt(extent%depth), i=1, n(3))])
     end associate

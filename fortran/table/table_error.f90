@@ -20,7 +20,7 @@ module table_error
   use station_scan, only: new_scan, scan_depth, scan_type, touch
   use wheel_rail_pair, only: mirror, pair_type, rail_point, rolled
   use kinds, only: dp
-  use progress, only: build_share, goes_on, monitor_type
+  use progress, only: goes_on, monitor_type
   use halfspace_patches, only: force_between, patches_type, press_patches
   use patch_grids, only: elements_type
   use contact_table, only: accuracy_type, table_type, find_roll, wheel_potential
@@ -46,8 +46,7 @@ module table_error
 
 contains
 
-  !> Fill in the errors of a table, and count its points in service at which a contact would pull. `stopped` is
-  !> true, and the errors not known, if the watcher asked to stop.
+  !> Fill in the errors of a table. `stopped` is true, and the errors not known, if the watcher asked to stop.
   subroutine measure(request, table, stopped, watcher)
     type(request_type), intent(in) :: request
     type(table_type), intent(inout) :: table
@@ -58,14 +57,11 @@ contains
     real(dp), allocatable :: pose(:, :), error(:)
     integer, allocatable :: place(:)       ! of the accuracy: tread, flange, both, rolling over
     logical, allocatable :: touching(:, :), solved(:)
-    integer :: wanted(2), drawn(2), failed, done, i, k, n, z
+    integer :: wanted(2), drawn(2), failed, i, k, n
     logical :: usable, known
 
     stopped = .false.
     table%accuracy = accuracy_type()
-    do z = 1, size(table%zones)
-      table%accuracy%pulling = table%accuracy%pulling + pulling_points(request, table, z)
-    end do
     wanted = strip_poses
     if (request%model == 'halfspace') wanted = halfspace_poses
     scan = new_scan(request%side%pair)
@@ -87,10 +83,9 @@ contains
     end do
     elements = elements_type(elements_x, elements_s, tolerance, request%e_star, request%influence == 'flat', .true.)
     n = sum(drawn)
-    done = 0
-    !$omp parallel do schedule(dynamic) shared(done, stopped)
+    !$omp parallel do schedule(dynamic) shared(stopped)
     do i = 1, n
-      if (.not. goes_on([build_share, 1.0_dp], done, n, stopped, watcher)) cycle
+      if (.not. goes_on(stopped, watcher)) cycle
       call compare_forces(request, elements, table, pose(:, i), error(i), touching(:, i), solved(i))
     end do
     if (stopped) return
@@ -105,53 +100,6 @@ contains
       end associate
     end do
   end subroutine measure
-
-  !> Count the points of a zone, and the middles of its cells along every axis, that are in service but at which the contact
-  !> would pull.
-  integer function pulling_points(request, table, zone) result(n)
-    type(request_type), intent(in) :: request
-    type(table_type), intent(in) :: table
-    integer, intent(in) :: zone
-    real(dp) :: u(2*table%zones(zone)%u%n - 1), roll(2*table%roll%n - 1), q(2*table%zones(zone)%q%n - 1)
-    real(dp) :: h(size(roll), 1), s(size(q), size(roll), 1)
-    type(roll_type) :: at_roll, opposite
-    real(dp) :: pose(3), allowance, deepest_other, energy(2), gradient(3, 2), hessian(6)
-    integer :: i, j, m, status
-
-    n = 0
-    associate (t => table%zones(zone))
-      u = with_middles(t%u)
-      roll = with_middles(table%roll)
-      q = with_middles(t%q)
-      !$omp parallel do schedule(dynamic) reduction(+:n) private(h, s, pose, at_roll, opposite, allowance, deepest_other, &
-      !$omp energy, gradient, hessian, j, m, status)
-      do i = 1, size(u)
-        call spline_2d_at(table%roll, t%u, t%h, roll, u(i:i), h)
-        call spline_3d_at(t%q, table%roll, t%u, t%s, q, roll, u(i:i), s)
-        do j = 1, size(roll)
-          do m = 2, size(q)
-            if (s(m, j, 1) > 0) cycle
-            pose = zone_pose(t, u(i), h(j, 1) - q(m)**2, roll(j))
-            call find_allowance(request, table, zone, q(m)**2, pose, .false., allowance, deepest_other)
-            ! The allowance is 1 in service.
-            if (abs(allowance - 1) > 0) cycle
-            call find_roll(table, roll(j), .false., at_roll, opposite, status)
-            call wheel_potential(table, pose, at_roll, .false., energy, gradient, hessian, status)
-            if (status == outside_law) n = n + 1
-          end do
-        end do
-      end do
-    end associate
-  end function pulling_points
-
-  !> Return the points of an axis and the middles between them.
-  pure function with_middles(axis) result(x)
-    type(axis_type), intent(in) :: axis
-    real(dp) :: x(2*axis%n - 1)
-
-    x(1::2) = axis%x
-    x(2::2) = (axis%x(:axis%n - 1) + axis%x(2:))/2
-  end function with_middles
 
   !> Compute the i-th pose of the sequence, and whether a run can reach it. That is not known if the search for the height at
   !> which a zone touches found none, although the zone is inside the rail; then the pose is not usable.
@@ -174,7 +122,7 @@ contains
       station = zones(z)%first + nint(x(1)*(min(zones(z)%last, rim) - zones(z)%first))
       pose(3) = extent%service_roll*(2*x(2) - 1)
       if (rolling_over) pose(3) = extent%small_roll - (extent%small_roll + extent%largest_roll)*x(2)
-      depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%flange)*x(3)**2
+      depth = extent%depth*merge(1.0_dp, tread_share, zones(z)%past_root)*x(3)**2
       call rail_point(pair, pair%angle(station) + pose(3), point, normal, usable)
       if (.not. usable) return
       pose(:2) = point - rolled(pair%r(:, station), pose(3)) - depth*normal
@@ -251,7 +199,7 @@ contains
     gradient = 0
     if (status == inside) call wheel_potential(table, pose, roll, .false., energy, gradient, hessian, status)
     call direct_force(request, elements, pose, exact, carrying, ok)
-    touching = [any(carrying .and. .not. table%zones%flange), any(carrying .and. table%zones%flange)]
+    touching = [any(carrying .and. .not. table%zones%past_root), any(carrying .and. table%zones%past_root)]
     if (status /= inside) gradient = 0
     error = norm2(-sum(gradient(:2, :), 2) - exact)/max(norm2(exact), force_floor)
   end subroutine compare_forces

@@ -93,14 +93,14 @@ contains
     type(words_type), intent(inout) :: s
     character(*), intent(in) :: key
     type(table_type), intent(inout) :: table
-    integer(int64) :: head(11), n_pairs(1)
+    integer(int64) :: head(10), n_pairs(1)
     real(dp) :: errors(8)
     integer :: i
 
     call pass_text(s, magic)
     if (.not. s%reading) then
-      head = [len(key), size(table%zones), table%accuracy%poses, table%accuracy%unsolved, table%accuracy%pulling, &
-        table%solutions, table%roll%n]
+      head = [len(key), size(table%zones), table%accuracy%poses, table%accuracy%unsolved, table%solutions, &
+        table%roll%n]
       errors = [table%accuracy%rms, table%accuracy%largest]
       n_pairs = -1
       if (allocated(table%pairs)) n_pairs = size(table%pairs)
@@ -110,12 +110,12 @@ contains
     if (s%ok) call pass_text(s, key)
     if (.not. s%ok) return
     call pass_numbers(s, 8, errors)
-    call pass_axis(s, head(11), table%roll)
+    call pass_axis(s, head(10), table%roll)
     if (s%reading) then
       table%key = key
       head = max(0_int64, min(head, int(huge(1), int64)))
-      table%accuracy = accuracy_type(int(head(7)), int(head(8)), int(head(3:6)), errors(:4), errors(5:))
-      table%solutions = int(head(9:10))
+      table%accuracy = accuracy_type(int(head(7)), int(head(3:6)), errors(:4), errors(5:))
+      table%solutions = int(head(8:9))
       allocate (table%zones(head(2)))
     end if
     do i = 1, size(table%zones)
@@ -139,7 +139,7 @@ contains
     real(dp) :: numbers(8)
 
     if (.not. s%reading) then
-      head = [merge(1, 0, t%flange), t%u%n, t%q%n]
+      head = [merge(1, 0, t%past_root), t%u%n, t%q%n]
       numbers = [t%along, t%pole, t%origin, t%ceiling, t%tip]
     end if
     call pass(s, head)
@@ -149,7 +149,7 @@ contains
     if (s%reading) then
       s%ok = s%ok .and. product(head(2:) + 2)*(n_roll + 2) <= size(s%word)
       if (.not. s%ok) return
-      t%flange = head(1) == 1
+      t%past_root = head(1) == 1
       t%along = numbers(1:2)
       t%pole = numbers(3:4)
       t%origin = numbers(5:6)

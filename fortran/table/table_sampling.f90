@@ -224,7 +224,7 @@ contains
     logical :: ok
 
     y = 0
-    if (.not. zone%flange) return
+    if (.not. zone%past_root) return
     scan = new_scan(pair)
     low = -0.02_dp
     high = 0.04_dp

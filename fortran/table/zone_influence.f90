@@ -30,25 +30,23 @@ module zone_influence
 contains
 
   !> Add the influences of all pairs of zones to a table. `stopped` is true if the watcher asked to stop.
-  subroutine add_pairs(request, elements, table, solutions, share, stopped, watcher)
+  subroutine add_pairs(request, elements, table, solutions, stopped, watcher)
     type(request_type), intent(in) :: request
     type(elements_type), intent(in) :: elements
     type(table_type), intent(inout) :: table
     integer, intent(inout) :: solutions(2)   !! poses solved, and those that did not converge
-    real(dp), intent(in) :: share(2)         !! share of the progress at the begin and at the end
     logical, intent(out) :: stopped
     class(monitor_type), intent(inout), optional :: watcher
     type(grid_type), allocatable :: grid(:)  ! of the zones before j
     type(pair_table) :: pairs(size(table%zones)*(size(table%zones) - 1)/2)
     type(axis_type) :: u, roll, p
-    integer :: i, j, m, n, done, n_pairs
+    integer :: i, j, m, n, n_pairs
 
     n = size(table%zones)
     p = new_axis(depths*request%extent%depth)
     roll = first_roll(request%extent, points(2))
     allocate (table%pairs(0))
     n_pairs = 0
-    done = 0
     stopped = .false.
     do j = 2, n
       u = new_axis(graded_points(table%zones(j)%u%low, table%zones(j)%u%high, fine_u, points(1)))
@@ -58,9 +56,9 @@ contains
       do i = 1, j - 1
         grid(i) = new_grid(u, roll, p, [0.0_dp, 0.0_dp, 0.0_dp], 0.0_dp)
       end do
-      !$omp parallel do schedule(dynamic) shared(done, stopped) reduction(+:solutions)
+      !$omp parallel do schedule(dynamic) shared(stopped) reduction(+:solutions)
       do m = 1, points(2)
-        if (goes_on(share, done, (n - 1)*points(2), stopped, watcher)) &
+        if (goes_on(stopped, watcher)) &
           call sample_pairs(request, elements, table, j, m, grid, solutions)
       end do
       if (stopped) return

@@ -23,7 +23,7 @@ module zone_tables
 
   !> The table of a zone.
   type :: zone_table
-    logical :: flange = .false.         !! not the zone of the running point
+    logical :: past_root = .false.      !! as of the zone of the wheel
     real(dp) :: along(2) = 0            !! direction of u, track frame
     real(dp) :: pole(2) = 0             !! wheelset frame [m]
     real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]

@@ -92,7 +92,7 @@ contains
       if (status /= inside) return
       call direct_force(request, elements, pose, force, carrying, ok)
       if (.not. ok) error stop 'the direct solution failed'
-      touching = [any(carrying .and. .not. table%zones%flange), any(carrying .and. table%zones%flange)]
+      touching = [any(carrying .and. .not. table%zones%past_root), any(carrying .and. table%zones%past_root)]
     end associate
     error = norm2(-sum(gradient(:2, :), 2) - force)/max(norm2(force), least_force)
   end subroutine compare

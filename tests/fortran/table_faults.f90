@@ -57,13 +57,13 @@ contains
       do k = 1, 3
         do z = 1, size(table%zones)
           if (k == 3) table%zones(z)%s = -table%zones(z)%s
-          if (k /= 2 .or. .not. table%zones(z)%flange) cycle
+          if (k /= 2 .or. .not. table%zones(z)%past_root) cycle
           table%zones(z)%h = table%zones(z)%h - 1.0_dp
           call bound_heights(table%zones(z))
         end do
         call measure(table_request(c, setup%side(1)), table, stopped)
         call contacts(setup%wheelset, setup%equilibrium, state)
-        print '(2es12.4, i8, i2)', table%accuracy%largest(:2), table%accuracy%pulling, state%status
+        print '(2es12.4, i2)', table%accuracy%largest(:2), state%status
       end do
     end associate
   end subroutine miss_contacts
@@ -89,7 +89,6 @@ contains
     print '(2i4)', 2, unsolved
     setup%wheelset%table%solutions = [1000, 3]
     setup%wheelset%table%accuracy%unsolved = 2
-    setup%wheelset%table%accuracy%pulling = 7
     call save_table(trim(c%table_file), setup%wheelset%table, error)
     if (allocated(error)) error stop error%message
   end subroutine leave_unsolved
@@ -104,7 +103,7 @@ contains
       allocate (ratio(size(table%zones), 2))
       do k = 1, 2
         call solve_ratios(request, c%accuracy, elements_type(5, 20, 2e-3_dp, request%e_star, .false.), table, found, solutions, &
-          [0.0_dp, 1.0_dp], stopped)
+          stopped)
         ratio(:, k) = found
         do z = 1, size(table%zones)
           allocate (noise, mold=table%zones(z)%h)

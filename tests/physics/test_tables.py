@@ -112,11 +112,11 @@ def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables:
 
 
 def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """A solution that is asked for no error at all is counted; what a table's file counts, contacts that would pull, too, is
-    in summary, header and `python -m ldbench table`, and nothing where there is nothing to count."""
+    """A solution that is asked for no error at all is counted; what a table's file counts is in
+    summary, header and `python -m ldbench table`, and nothing where there is nothing to count."""
     file = tmp_path / "case.nml"
     file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
-    assert not re.search("did not converge|pull", run_case(file.read_text(), tmp_path).stdout)
+    assert not re.search("did not converge", run_case(file.read_text(), tmp_path).stdout)
     assert probe("table_faults", file, "unsolved").tolist() == [[2, 1]]
     done = run_case(file.read_text(), tmp_path)
     assert done.returncode == 0 and "(found)" in done.stdout, done.stderr
@@ -126,18 +126,16 @@ def test_solutions_that_do_not_converge_are_counted_and_told(tmp_path: Path, cap
     for words in (" ".join(printed.split()) for printed in (done.stdout, header(tmp_path / "columns.txt"), told)):
         assert "contact table: 3 of 1000 half-space solutions did not converge; see whether" in words, words
         assert re.search(r"contact table: 2 .*direct evaluations did not converge; the stated", words), words
-        assert "contact table: expected contacts that push in service, found 7 points" in words, words
 
 
 def test_a_contact_that_the_table_misses_is_an_error(tmp_path: Path):
     """A table of strips whose flange is taken away has all of the flange's force as its error; a table whose contacts pull
-    counts them, misses all of the tread's force, and is no table to run with."""
+    misses all of the tread's force, and is no table to run with."""
     file = tmp_path / "case.nml"
     file.write_text(short_case(tmp_path, contact={"model": "strip"}, table=COARSE | {"file": tmp_path / "a.table"}))
     whole, missing, pulling = probe("table_faults", file, "missed")
     assert max(whole[:2]) < 0.5 and missing[0] == whole[0] and missing[1] == 1, (whole, missing)
-    assert whole[2] == missing[2] == 0 and pulling[2] > 100 and pulling[0] == 1, pulling
-    assert (whole[3], pulling[3]) == (0, 4)
+    assert pulling[0] == 1 and (whole[2], pulling[2]) == (0, 4), pulling
 
 
 WARNING = r"warning: contact table: expected an rms error of at most &table accuracy = 0\.002 in service, reached (\S+)"

@@ -40,13 +40,13 @@ def test_wrong_arguments(arguments, words, tmp_path):
 
 
 def test_file_name_and_standard_input_give_the_same_bytes(tmp_path):
-    text = short_case(tmp_path, output={"geometry_file": tmp_path/"geometry.txt"}) + "! " + 3*2**16*"long " + "\n"
+    text = short_case(tmp_path) + "! " + 3*2**16*"long " + "\n"
     (tmp_path/"case.nml").write_text(text)
     outcomes = []
     for arguments, given in ([tmp_path/"case.nml"], None), ([], text), (["-"], text), ([""], text), (["/dev/stdin"], text):
         done = ldbench(*arguments, input=given)
         assert done.returncode == 0 and done.stderr == ""
-        written = {name: (tmp_path/name).read_bytes() for name in ("columns.txt", "geometry.txt")}
+        written = {name: (tmp_path/name).read_bytes() for name in ("columns.txt",)}
         for name in written:
             (tmp_path/name).unlink()
         outcomes.append((re.sub(r"processor time.*|(found|built)", "", done.stdout), written))
@@ -57,7 +57,7 @@ def test_file_name_and_standard_input_give_the_same_bytes(tmp_path):
 def test_progress_line_on_a_terminal_only(tmp_path):
     """Into a pipe nothing goes. The run would take hours: a wheelset that rests on its rails."""
     (tmp_path/"case.nml").write_text(short_case(
-        tmp_path, integrator={"t_end": 1e5, "dt": 1e-5, "scheme": "energy"}, initial={"vY": 0.0, "roll_rate": 0.0},
+        tmp_path, integrator={"t_end": 1e5, "dt": 1e-5}, initial={"vY": 0.0, "roll_rate": 0.0},
         output={"interval": 0.1}))
     pty = pytest.importorskip("pty", reason="this system has no terminals")
     ours, theirs = pty.openpty()

@@ -107,7 +107,7 @@ def test_a_table_serves_what_it_does_not_depend_on(tmp_path):
     table = tmp_path/"pair.table"
     filed = {"table": TINY | {"file": table}}
     changes = {"wheelset": {"mass": 1600.0}, "initial": {"vY": 0.3}, "loading": {"lateral_ramp": 5e3},
-               "integrator": {"scheme": "energy"}}
+               "integrator": {"beta": 0.25}}
     assert run_with_table(tmp_path, **filed)[0] is False
     before = table.read_bytes(), table.stat().st_mtime_ns
     without = run_with_table(tmp_path, **changes, table=TINY)
@@ -137,7 +137,7 @@ def test_a_table_of_something_else_is_not_used(tmp_path):
 
 GIVEN_WHOLE = "case", "wheelset", "track", "material", "profiles", "initial", "loading", "contact"
 NAMED = {(v.group, v.name) for v in VARIABLES if v.group in GIVEN_WHOLE} | {
-    ("table", "file"), ("integrator", "scheme"), ("integrator", "order"), ("integrator", "dt"),
+    ("table", "file"), ("integrator", "order"), ("integrator", "dt"),
     ("integrator", "t_end"), ("integrator", "stop_at"), ("output", "file"), ("output", "interval")}
 
 # The call's data, SI; exercises 1 to 5.

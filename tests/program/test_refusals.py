@@ -64,19 +64,17 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ("&table depth", "expected", "found", "at t = ")),
     ({"initial": {"Z": -0.01}}, ("&table depth = 0.0022 m", "expected", "found", "Z = -0.01")),
     ({"table": {"depth": 1e-6}}, ("&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found")),
-    ({"integrator": {"scheme": "energy", "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
+    ({"integrator": {"beta": 0.25, "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
       "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton to converge", "found it does not")),
     # Files.
     ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),
-    ({"output": {"geometry_file": "{here}/folder"}}, ("{here}/folder", "&output geometry_file: expected", "found")),
+    ({"output": {"file": "{here}/folder"}}, ("{here}/folder", "&output file: expected", "found")),
     ({"table": {"file": "{here}/missing/x.table"}}, ("&table file", "{here}/missing/x.table")),
     ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found another one")),
     *((OWN | {"output": {"file": "columns.txt"}} | {group: {name: victim}},
        (f"&{group} {name}: expected a file of its own, found {victim}, which is ",))
       for group, name, victim in (("table", "file", "./rail.yz"), ("output", "file", "case.nml"),
-                                  ("output", "file", "loop/wheel.yz"), ("output", "geometry_file", "{here}/wheel.yz"))),
-    ({"output": {"file": "same", "geometry_file": "./same"}},
-     ("&output geometry_file: expected a file of its own, found ./same, which is &output file",))]
+                                  ("output", "file", "loop/wheel.yz")))]
 
 
 def filled(value: object, here: Path) -> object:
@@ -111,8 +109,8 @@ COMMANDS: list[tuple[str, int, str]] = [
     ("run case.nml --set masss=1", 1, "found masss; mass is the nearest"),
     ("run case.nml --set vY=0.9", 1, "columns.txt is the file of the unchanged case"),
     ("run case.nml -o missing/x.txt", 1, "case.nml, &output file: expected a path that can be written, found missing/x.txt"),
-    ("table case.nml -o missing/x.txt", 1, "&output geometry_file: expected a path that can be written, found missing/x.txt"),
-    ("table case.nml -o case.nml", 1, "&output geometry_file: expected a file of its own"),
+    ("table case.nml -o missing/x.txt", 1, "missing/x.txt: expected a folder that is there, found none"),
+    ("table case.nml -o case.nml", 1, "case.nml: expected a file of its own to write"),
     ("variables masss", 1, "found masss; mass is the nearest"),
     ("profile none.yz", 1, "none.yz"), ("profile a b c", 2, "expected a wheel or a rail, or one of each, found 3 files"),
     ("profile wheel.yz -o page.txt", 1, "page.txt"),

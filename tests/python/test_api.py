@@ -189,7 +189,7 @@ def test_changes_are_refused(change, place, expected, found):
 
 @pytest.mark.same_build
 @pytest.mark.parametrize("case", [
-    to_flange("aw", model="strip"), to_flange("sw", scheme="newmark", beta=0.0), coarse(5, "aw", t_end=0.6)],
+    to_flange("aw", model="strip"), to_flange("sw", beta=0.0), coarse(5, "aw", t_end=0.6)],
     ids=["strip", "explicit", "ramp"])
 def test_file_and_summary_are_the_executables(case, tmp_path):
     reference = tmp_path/"executable.txt"
@@ -228,7 +228,7 @@ def test_cases_with_other_profiles_under_the_same_names_differ(tmp_path):
 
 def test_a_table_serves_other_runs():
     first = to_flange("aw")
-    other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3, scheme="newmark",
+    other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3,
                           title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
     table = ldbench.ContactTable(first)
     shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=kept_tables()/"short.table"))

@@ -78,9 +78,9 @@ def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
     [first, *_] = found = run.intervals("LF")
     assert sum(one.whole for one in found) == len(run.impacts(["LF"])) > 1.01*(np.diff(np.sign(run.values("N_LF"))) > 0).sum()
     collated = numbers_of(run, Task(5, "sw"), [])
-    assert (first.start, collated["t_left_flange"].value, run.first_interval("LF").rows.start) == pytest.approx(
+    assert (first.start, collated["t_first_LF"].value, run.first_interval("LF").rows.start) == pytest.approx(
         (start, start, np.searchsorted(run.time, start + 1e-8)), abs=1e-8)
-    assert collated["peak"].value == first.peak == run.first_interval("LF").peak
+    assert collated["first_peak_N_LF"].value == first.peak == run.first_interval("LF").peak
     assert chosen_impacts(run)[1] == summary["n_left_flange_contact"] + summary["n_right_flange_contact"]
     assert f"const CLOSED = {CLOSED:g}, isClosed = N => Math.abs(N) > CLOSED;" in (FOLDER/"series.js").read_text()
 
@@ -99,7 +99,7 @@ def test_everyone_tells_the_same_first_contact():
     assert first_impact(run).start == pytest.approx(first.start - 0.6*first.duration, abs=1e-12)
     on_page = next(event["t"] for event in event_entries(run) if "contact" in event["what"])
     assert {summary_row(run)["t_first_LF"], on_page, event_times(run)["first left flange contact"],
-            numbers_of(run, Task(2, "aw"), [])["t_left_flange"].value} == {first.start}
+            numbers_of(run, Task(2, "aw"), [])["t_first_LF"].value} == {first.start}
 
 
 def test_impacts_of_rigid_contacts(tmp_path: Path):

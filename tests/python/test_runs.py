@@ -19,6 +19,7 @@ import pytest
 import ldbench
 from invented import COARSE
 from ldbench.profile import Profile
+from ldbench.results.answers import answers
 from ldbench.results.header import Header, read_groups
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data
@@ -76,7 +77,8 @@ def test_memory_and_file_tell_the_same(both: tuple[ldbench.Run, ldbench.Run], tm
     for name in "name", "heading", "exercise", "formulation", "ending":
         assert getattr(memory, name) == getattr(file, name) not in (None, ""), name
     for contact in CONTACTS:
-        assert memory.peak(contact) == file.peak(contact) and memory.first_contact(contact) == file.first_contact(contact)
+        assert memory.peak(contact) == file.peak(contact)
+    assert answers(memory) == answers(file)
     for kind in "left flange contact", "centre passage", "derailment":
         assert memory.count(kind) == file.count(kind) is not None and alike(memory.first(kind), file.first(kind))
     assert memory.seconds > 0 and math.isnan(file.seconds)
@@ -198,7 +200,7 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
     k = int(memory.values("N_LF").argmax())
     assert (force, t) == pytest.approx((memory.values("N_LF")[k], memory.time[k]), rel=1e-9)
     before, row = memory.time[np.flatnonzero(memory.closed("LF"))[0] + [-1, 0]]
-    assert before < other.first_contact("LF") < row
+    assert before < answers(other)["t_first_LF"] < row
     for question in ("case", "table", "text"):
         with pytest.raises(ldbench.Error) as error:
             getattr(other, question)

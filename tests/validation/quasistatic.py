@@ -18,6 +18,10 @@ The shipped runs bounce on the left flange. They fall when the energy of the bou
 and the unstable equilibrium, which shrinks to nothing at the limit; so they fall at a smaller load, and at another one for
 every perturbation. Started at rest from the equilibrium at 98 % of the limit, the same ramp unloads the right wheel at the
 limit itself.
+
+Results of runs have the limit as F_limit_left and F_limit_right, which the core finds by holding the wheelset aside. They are
+compared with the limit points of the continuation, also for a wheelset whose sides differ, and with the closed form where
+contacts are rigid.
 """
 from __future__ import annotations
 
@@ -32,7 +36,7 @@ from scipy.optimize import brentq, fsolve
 
 import ldbench
 import make_profiles as arcs  # the exact pieces of the shipped profiles
-from checks import Check, Section, limit, relative
+from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable
 from sheets import Table
 
@@ -108,15 +112,15 @@ def advance(table: ContactTable, x: np.ndarray, t: np.ndarray, step: float) -> n
     return None
 
 
-def follow(table: ContactTable, largest: float) -> Curve:
-    """The equilibria from the centred wheelset at rest up to LAST_Y.
+def follow(table: ContactTable, largest: float, way: int = 1) -> Curve:
+    """The equilibria from the wheelset at rest up to LAST_Y on the left (`way` = 1), or on the right (-1).
 
     Steps are at most `largest` [m] up to the limit point, where contacts close and open, ten times that beyond.
     """
-    x, t = np.array([0.0, table.equilibrium, 0.0, 0.0]), np.array([1.0, 0, 0, 0])
-    t = direction(table, x, t)
+    x = np.append(table.rest/SCALE, 0.0)
+    t = direction(table, x, np.array([way, 0.0, 0.0, 0.0]))
     xs, ts, step = [x], [t], 1e-5
-    while x[0] < LAST_Y:
+    while way*x[0] < LAST_Y:
         new = advance(table, x, t, step)
         # The path turns sharply where a wheel takes or loses its load.
         if new is None or (turn := direction(table, new, t)) @ t < 0.98:
@@ -127,9 +131,9 @@ def follow(table: ContactTable, largest: float) -> Curve:
         x, t = new, turn
         xs.append(x)
         ts.append(t)
-        step = min(largest if t[3] > 0 else 10*largest, 1.5*step)
+        step = min(largest if way*t[3] > 0 else 10*largest, 1.5*step)
     xs, ts = np.array(xs), np.array(ts)
-    k = int(np.argmax(ts[:, 3] < 0)) - 1
+    k = int(np.argmax(way*ts[:, 3] < 0)) - 1
     share = brentq(lambda s: direction(table, advance(table, xs[k], ts[k], s), ts[k])[3],
                    1e-3*(s := ts[k] @ (xs[k + 1] - xs[k])), s, xtol=1e-16)
     return Curve(table, xs, ts, k, advance(table, xs[k], ts[k], share))
@@ -187,17 +191,20 @@ class Fall:
     surplus: float          # energy then, above that of the stable equilibrium [J]
     needed: float           # height of the barrier at that force [J]
     F_derailed: float       # [N]
+    told: tuple[float, float]   # F_unloaded as the results of the run have it, and what its force grows by between rows [N]
 
 
 def fall(case: Case, curve: Curve) -> Fall:
-    c = ldbench.run(case, table=curve.table).data
+    run = ldbench.run(case, table=curve.table)
+    c = run.data
     F = c.F_ext.to_numpy()
     y, stable, unstable = barrier(curve, np.minimum(F, curve.F_limit))
     over = int(np.flatnonzero(c.Y.to_numpy() < y)[-1]) + 1
     row = c.iloc[over]
     energy = (row[["KE_lat", "KE_vert", "KE_roll", "PE_elastic_L", "PE_elastic_R"]].sum()
               + curve.table.weight*(curve.table.equilibrium + row.Z) - row.F_ext*row.Y)
-    return Fall(last_load(c), F[over], energy - stable[over], unstable[over] - stable[over], F[-1])
+    return Fall(last_load(c), F[over], energy - stable[over], unstable[over] - stable[over], F[-1],
+                (run.results["F_unloaded"], case.lateral_ramp*case.interval))
 
 
 def last_load(columns: pd.DataFrame) -> float:
@@ -229,6 +236,8 @@ STEP, WORK_BAR = 20e-6, 1e-5
 # The left flange is pressed in by 0.15 mm, the right tread not at all: over 1.5 m this turns the contact by 1e-4 rad,
 # times d ln F/d angle = 1/(sin cos) = 2.2.
 CLOSED_FORM_BAR = 3e-4
+# The splines of the profiles turn by less than 1e-5 rad from the arcs, which counts 2.2 times.
+RIGID_BAR = 3e-5
 # The load grows by 0.25 kN in the 50 ms that the wheelset takes to turn by the first 10 urad beyond the limit.
 LAG_BAR = 1e-3
 
@@ -240,12 +249,44 @@ def section(short: bool = False) -> Section:
         table = ContactTable(Case.exercise(5, pair))
         curve = curves[pair] = follow(table, STEP)
         rigid[pair] = overturning(pair, table.weight)
-        checks += [*equilibrium_checks(pair, curve, rigid[pair]), quiet_check(pair, curve)]
+        checks += [*equilibrium_checks(pair, curve, rigid[pair]), *told_limits(pair, curve, rigid[pair]), quiet_check(pair, curve)]
         if not short:
             falls[pair] = [fall(table.case.replace(vY=v), curve) for v in PERTURBATIONS]
             checks += fall_checks(pair, curve, falls[pair])
+    if not short:
+        checks += mixed_limits()
     return Section("Quasi-static exercise 5: how the wheelset derails", __doc__, checks,
                    [limit_table(curves, rigid), fall_table(curves, falls)])
+
+
+# Two sides that differ: a wheel and a rail of the other pair on the right.
+MIXED = {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz", "table_file": ""}
+# Newton's tolerance of the equilibria, 1e-8 of the weight, leaves as much in the limit; the core's answer is asked for to 1e-6.
+LIMIT_BAR = 1e-6
+
+
+def told_limit(table: ContactTable, side: str, **changes: object) -> float:
+    """The static limit to the left or to the right that the results of a run tell [N]."""
+    case = table.case.replace(t_end=table.case.interval, stop_at="t_end", **changes)
+    return float(ldbench.run(case, table=None if changes else table).results[f"F_limit_{side}"])
+
+
+def told_limits(pair: str, curve: Curve, rigid: Overturning) -> list[Check]:
+    """The static limits in the results of runs: to either side, and of rigid contacts."""
+    table = curve.table
+    checks = [relative(f"F_limit_{side} of the results [kN], {pair}", KN*told_limit(table, side), KN*curve.F_limit,
+                       "limit point of the continuation", LIMIT_BAR) for side in ("left", "right")]
+    return [*checks, relative(f"F_limit_left of the results, rigid contacts [kN], {pair}",
+                              KN*told_limit(table, "left", formulation="unilateral"), KN*rigid.F,
+                              "W b/h on the exact arcs; splines turn by less than 1e-5 rad from them", RIGID_BAR)]
+
+
+def mixed_limits() -> list[Check]:
+    """The static limits of a wheelset whose sides differ."""
+    table = ContactTable(Case.exercise(5, "aw").replace(MIXED))
+    return [relative(f"F_limit_{side} of the results [kN], actual profiles on the left, simplified ones on the right",
+                     KN*told_limit(table, side), KN*way*follow(table, STEP, way).F_limit, "limit point of the continuation",
+                     LIMIT_BAR) for side, way in (("left", 1), ("right", -1))]
 
 
 PERTURBATIONS = 0.0, 1e-6, 2e-6     # lateral velocity at the start [m/s]; 0 is the shipped case
@@ -272,7 +313,7 @@ def equilibrium_checks(pair: str, curve: Curve, rigid: Overturning) -> list[Chec
         relative(f"limit load over W, {pair}", curve.F_limit/table.weight,
                  np.tan(rigid.angle - rigid.roll + curve.limit[2]*SCALE[2]),
                  "tangent of the same flange point's angle, turned by the elastic roll; bar 3e-5 and the table's error",
-                 3e-5 + table.accuracy["flange"].rms),
+                 RIGID_BAR + table.accuracy["flange"].rms),
         limit(f"lowest eigenvalue below the limit, its negative part [N/m], {pair}", min(eigenvalue[before].min(), 0.0),
               "stable up to the limit", 0.0),
         limit(f"lowest eigenvalue beyond the limit, its positive part [N/m], {pair}",
@@ -293,6 +334,9 @@ def quiet_check(pair: str, curve: Curve) -> Check:
 
 def fall_checks(pair: str, curve: Curve, falls: list[Fall]) -> list[Check]:
     return [
+        *(absolute(f"exercise 5, vY = {v:g} m/s at the start: F_unloaded of the results [kN], {pair}", KN*f.told[0],
+                   KN*f.F_unloaded, "last row in which the right wheel carries; bar growth between rows", KN*f.told[1])
+          for v, f in zip(PERTURBATIONS, falls, strict=True)),
         limit(f"exercise 5, {len(falls)} runs: last load of the right wheel above the limit, over the limit, {pair}",
               max(max(f.F_unloaded for f in falls)/curve.F_limit - 1, 0.0), "no equilibrium beyond the limit", LAG_BAR),
         # Beyond the limit there is none. Bar: the rows are 0.5 ms apart, in which Y and the barrier change by less

@@ -20,9 +20,10 @@ from .results.contact_intervals import ContactInterval
 from .results.events import Event
 from .runs import Run, read_run, run
 from .table import ContactTable
+from .trust import Trust
 from .viewer.page import view
 
-__all__ = ["Case", "ContactInterval", "ContactTable", "Error", "Event", "Profile", "Run", "Warning", "ensemble", "read_columns",
-           "read_run", "run", "view"]
+__all__ = ["Case", "ContactInterval", "ContactTable", "Error", "Event", "Profile", "Run", "Trust", "Warning", "ensemble",
+           "read_columns", "read_run", "run", "view"]
 __version__ = version()
 logging.getLogger(__name__).addHandler(logging.NullHandler())        # the program that imports it chooses what is shown

@@ -4,11 +4,11 @@ from __future__ import annotations
 import copy
 import functools
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn
 
 import f90nml
 import numpy as np
@@ -110,6 +110,9 @@ class Case(Variables):
     unchanged: tuple[Value, ...]    # the values before `replace`
     label: str                      # the namelist file, for messages
     folder: Path | None             # the namelist file's folder
+
+    #: `ldbench.trust` sets it: a case knows no runs.
+    trust: ClassVar[Callable[..., Any]]
 
     def __init__(self, values: Changes | None = None, /, **changes: Unpack[Values]) -> None:
         """A case of the benchmark with other values, by their names or in a mapping: `Case(vY=0.3, output_file="fast.txt")`,

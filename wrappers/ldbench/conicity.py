@@ -14,7 +14,11 @@ import numpy as np
 from ._core import flat
 from ._core.calls import Handle
 
+# Geometry functions of the rigid wheelset, and their SI units.
+GEOMETRY = {"Y": "m", "roll": "rad", "Z": "m", "angle_L": "rad", "angle_R": "rad", "radius_L": "m", "radius_R": "m", "delta_r": "m",
+            "y_L": "m", "z_L": "m", "y_R": "m", "z_R": "m", "conicity": "1"}
 GEOMETRY_PITCH = 1e-4       # between rows of geometry functions [m]
+PHASES = 200                # of a period, from which harmonic linearisation takes its means
 FINE_PITCH = 2e-5           # between rows from which the conicity is integrated where the radius difference may jump [m]
 ROLL_STRIDE, LARGEST_ROLL = 1e-3, 0.1       # two ways to stand on both rails are farther apart than the stride [rad]
 SAME, MISSED = 1e-13, 1e-9  # difference of heights or radii that ends a search, that is refused after it [m]
@@ -23,7 +27,7 @@ NO_DIFFERENCE = 1e-9        # a radius difference that is below this over all of
 
 
 def geometry_rows(handle: Handle, y: np.ndarray) -> np.ndarray:
-    """Geometry functions of a prepared case at lateral displacements y, (n,) [m]: (13, n), in the order of a geometry file.
+    """Geometry functions of a prepared case at lateral displacements y, (n,) [m]: (13, n), in the order of `GEOMETRY`.
 
     The last row is the equivalent conicity for the amplitude |y| by harmonic linearisation, from rows that are about
     GEOMETRY_PITCH apart. A column is NaN where the rigid wheelset does not stand on both rails.
@@ -113,7 +117,7 @@ def nearest_root(function: Callable[[np.ndarray, np.ndarray], np.ndarray], n: in
 
 
 def gathered(y: np.ndarray, roll: np.ndarray, left: np.ndarray, right: np.ndarray, raised: tuple[float, float]) -> np.ndarray:
-    """Rows in the order of a geometry file, without the conicity, from the contacts of both wheels; Z is from y = 0."""
+    """Rows in the order of `GEOMETRY`, without the conicity, from the contacts of both wheels; Z is from y = 0."""
     z = (left[0] + right[0])/2
     centred = np.flatnonzero(np.isfinite(z))
     z = z - z[centred[np.argmin(np.abs(y[centred]))]] if centred.size else z
@@ -123,8 +127,25 @@ def gathered(y: np.ndarray, roll: np.ndarray, left: np.ndarray, right: np.ndarra
 
 
 def linearised_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarray) -> np.ndarray:
-    """Equivalent conicity for amplitudes [m] by harmonic linearisation; NaN where y does not hold the motion."""
-    return flat.linearised_conicities(y, delta_r, amplitude)
+    """Equivalent conicity for amplitudes, (m,) [m], by harmonic linearisation of the rolling radius difference: 1/(pi a) times
+    the integral over one period of delta_r(c + a sin tau)/2 sin tau dtau. The mean of delta_r over the period is zero about the
+    centre c, which is off the track's centre where left and right differ. NaN where y does not hold the motion.
+    """
+    wave = np.sin(2*np.pi*(np.arange(PHASES) + 0.5)/PHASES)
+
+    def motion(at: np.ndarray, centre: np.ndarray) -> np.ndarray:
+        """delta_r over a period about centres, (n, PHASES)."""
+        places = centre[:, None] + amplitude[at][:, None]*wave
+        inside = np.abs(places - (y[0] + y[-1])/2).max(axis=1) <= (y[-1] - y[0])/2 + ROUNDING
+        return np.where(inside[:, None], np.interp(places, y, delta_r), np.nan)
+
+    def mean(at: np.ndarray, centre: np.ndarray) -> np.ndarray:
+        """The mean of delta_r about -centre; none that is above rounding where left and right are the same."""
+        found = motion(at, -centre).mean(axis=1)
+        return np.where(np.abs(found) <= ROUNDING, 0.0, found)
+
+    every = np.arange(amplitude.size)
+    return np.asarray((motion(every, -nearest_root(mean, amplitude.size, y[1] - y[0]))*wave).mean(axis=1)/amplitude)
 
 
 def equivalent_conicity(amplitude: np.ndarray, y: np.ndarray, delta_r: np.ndarray) -> np.ndarray:

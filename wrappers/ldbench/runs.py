@@ -64,24 +64,14 @@ class Run(RunData):
         told = [line.removeprefix("warning: ") for line in self._in_core.comments.splitlines() if line.startswith("warning: ")]
         return tuple(dict.fromkeys([*self.table.warnings, *told]))
 
-    def write(self, path: str | os.PathLike[str] | None = None, geometry: str | os.PathLike[str] = "") -> str:
+    def write(self, path: str | os.PathLike[str] | None = None) -> str:
         """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. Of a
-        run from a file it is a copy.
-
-        geometry: a file for the geometry functions. No earlier file is replaced before both new ones are complete.
-        """
-        if geometry and Path(path or self.file).resolve() == Path(geometry).resolve():
-            raise Error(f"{geometry}: expected a file of its own for the geometry functions, found the column file")
-        return self._write(path, geometry)
-
-    def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
+        run from a file it is a copy."""
         if path is None:
             raise Error(f"{self.file}: expected the path of another file, to which the run is copied, found none")
-        check_written([Path(path), *([Path(geometry)] if geometry else [])], [self.file])
+        check_written([Path(path)], [self.file])
         with complete(Path(path)) as scratch:
             shutil.copyfile(self.file, scratch)
-            if geometry:
-                self.table.write_geometry(geometry)
         return os.fspath(path)
 
     def plot(self) -> Figures:
@@ -176,11 +166,12 @@ class ComputedRun(Run):
         frame.attrs["units"] = dict(zip(names, units, strict=True))
         return frame
 
-    def _write(self, path: str | os.PathLike[str] | None, geometry: str | os.PathLike[str]) -> str:
+    def write(self, path: str | os.PathLike[str] | None = None) -> str:
+        """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path."""
         if path is None:
             check_own_file(self.case, "a path, or another output_file in `replace`")
         path = os.fspath(path or self.file)
-        message, length = flat.write_run(self.table._handle, self.handle, path_bytes(path), path_bytes(geometry))
+        message, length = flat.write_run(self.table._handle, self.handle, path_bytes(path))
         check(message, length, self.case.label)
         return path
 

@@ -9,17 +9,19 @@ import threading
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import flat
-from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
+from ._core.calls import Handle, Progress, Shared, check, path_bytes, text, version, watched
 from ._core.errors import BadValue, Error, Warning
+from ._core.files import complete
 from ._core.wording import clearance_words, counted, html_table
 from .case import TEXT_LENGTH, Case, variables
-from .conicity import GEOMETRY_PITCH, geometry_rows
+from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
 from .profiles.profile import core_file
 
@@ -33,6 +35,7 @@ Outside = Literal["raise", "nan"]
 
 WHEELS = "both", "left", "right"
 PROFILES = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
+CELL = 16           # characters of a number in a file of columns
 PLACES = "tread", "flange", "both", "going over"       # of the table's error
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
@@ -279,16 +282,31 @@ class ContactTable:
             y = GEOMETRY_PITCH*np.arange(-reach, reach + 1)
         y = np.atleast_1d(np.asarray(y, float)).ravel()
         rows = geometry_rows(self._handle, y) if y.size else np.empty((13, 0))
-        names, units = (line.split() for line in descriptions()[2:4])
-        frame = pd.DataFrame(rows.T, columns=names)
+        frame = pd.DataFrame(rows.T, columns=list(GEOMETRY))
         frame["Y"] = y
-        frame.attrs["units"] = dict(zip(names, units, strict=True))
+        frame.attrs["units"] = dict(GEOMETRY)
         return frame
 
     def write_geometry(self, path: str | os.PathLike[str]) -> None:
-        """Write the geometry functions as the executable does for `&output geometry_file`."""
-        message, length = flat.write_geometry_file(self._handle, path_bytes(path))
-        check(message, length, self.case.label)
+        """Write the geometry functions over the displacements at which the wheelset stands on both rails, in the form of a column
+        file."""
+        frame = self.geometry()
+        stands = np.isfinite(frame["roll"].to_numpy())
+        middle = len(stands)//2
+        last = min(int(stands[middle:].cumprod().sum()), int(stands[middle::-1].cumprod().sum())) - 1
+        if last < 2:
+            raise Error(f"{os.fspath(path)}: expected a wheelset that stands on both rails, found {self.case.label} without one")
+        setup = {"clearance_left": self.clearance, "clearance_right": self.clearance_right, "axle_height": self.equilibrium,
+                 "axle_roll": self.equilibrium_roll}
+        head = [f"ldbench {version()}", f"case {self.case.case_name}: {self.case.title}", "&setup",
+                *(f"  {name} = {value!r}" for name, value in setup.items()), "/",
+                "conicity: equivalent, by harmonic linearisation, for the amplitude |Y| about where the mean of delta_r is 0"]
+        units = [f"{unit:>{CELL}}" for unit in GEOMETRY.values()]
+        rows = frame.to_numpy()[middle - last:middle + last + 1]
+        with complete(Path(path)) as scratch:
+            scratch.write_text("\n".join([
+                "".join(f"{name:>{CELL}}" for name in GEOMETRY), *(f"# {line}" for line in head), "#" + "".join(units)[1:],
+                *("".join(f"{x:{CELL}.8e}" for x in row) for row in rows)]) + "\n")
 
     @property
     def clearance_words(self) -> str:
@@ -358,6 +376,16 @@ def rigid_geometry(case: Case) -> Handle:
     address, message, length = flat.prepare_rigid_case(*case.arrays(), located(case))
     check(message, length, case.label)
     return Handle(flat.free_prepared, address)
+
+
+def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float]:
+    """The outlines of a case's profiles in their places: wheel in the frame of the wheelset and rail in that of the track, (n, 2)
+    [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails.
+    Error where a run would refuse the profiles."""
+    handle = rigid_geometry(case)
+    sizes, (axle, roll) = flat.outline_sizes(handle)
+    left, right = ([flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (1, 2)] for side in (1, 2))
+    return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll)
 
 
 def profile_names(case: Case) -> str:

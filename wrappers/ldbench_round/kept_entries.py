@@ -17,6 +17,7 @@ import numpy as np
 
 from ldbench import Case, Error
 from ldbench.plots.stretches import thin
+from ldbench.results.answers import answers
 from ldbench.results.run_data import RunData
 from ldbench.tools import complete, digest, program_digest
 
@@ -27,7 +28,7 @@ from .jumps import IMPULSES, is_rigid
 from .metrics import MATCHED_BEYOND, score
 from .own_runs import horizon
 from .physics_checks import energy_balance
-from .round_numbers import VERDICTS, Number, first_impact, names_of, numbers_of
+from .round_numbers import VERDICTS, Number, names_of, numbers_of
 from .row_checks import has
 from .scores import GRADED, Score, unscored
 from .submissions import complaint, find_files, printable, quiet, reason
@@ -212,12 +213,12 @@ def curves_of(run: RunData, task: Task) -> dict[str, Curve]:
     if (energy := energy_balance(run, Case.exercise(task.exercise, task.profiles))) is not None:
         known["energy"] = energy - energy[0]
     found = {name: single(*thin(t, x, COLUMNS)) for name, x in known.items()}
+    starts = answers(run)
     for name in IMPACTS:
-        impact = first_impact(run, name[2])
-        if not isinstance(impact, str):
-            rows = slice(max(int(np.searchsorted(t, impact.start + CLOSE[0])) - 1, 0),
-                         int(np.searchsorted(t, impact.start + CLOSE[1], "right")) + 1)
-            found[name] = single(*thin(t[rows] - impact.start, run.values(name)[rows], CLOSE_COLUMNS))
+        if name in run and (start := starts[f"t_first_{name[2:]}"]) is not None:
+            rows = slice(max(int(np.searchsorted(t, start + CLOSE[0])) - 1, 0),
+                         int(np.searchsorted(t, start + CLOSE[1], "right")) + 1)
+            found[name] = single(*thin(t[rows] - start, run.values(name)[rows], CLOSE_COLUMNS))
     return found
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ldbench import Error
+from ldbench.results.answers import passages
 from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
@@ -26,7 +27,6 @@ MOST = 1000             # intervals of a contact that are matched, at most
 LEAST = 1e-3            # share of the largest impulse of a contact's impacts below which an impact is not scored by itself
 PASSAGE = "centre passage"
 WHOLE = 0.9             # share of the reference's time from which a file is whole: simulations end when the wheelset returns
-CROSSED = 1e-4          # share of the largest |Y| beyond which the wheelset is on one side
 OF_IMPACTS = "impulse", "peak", "duration"        # kinds of scores
 
 
@@ -236,30 +236,6 @@ def closed_at(found: Sequence[ContactInterval], t: np.ndarray) -> np.ndarray:
     starts, ends = np.array([one.start for one in found]), np.array([one.end for one in found])
     k = np.searchsorted(starts, t, "right") - 1
     return (k >= 0) & (t <= ends[np.clip(k, 0, None)]) if len(found) else np.zeros(len(t), bool)
-
-
-def passages(run: RunData, until: float = np.inf) -> list[float]:
-    """Times [s] at which the wheelset passes the centre, between rows on either side; none without the column Y.
-
-    A row is on a side if |Y| is above a ten thousandth of the largest |Y|, so that rounding makes no passage. A run that ends at
-    the centre has its last passage there.
-    """
-    if "Y" not in run.data:
-        return []
-    good = np.isfinite(run.values("Y")) & (run.time <= until)
-    t, y = run.time[good], run.values("Y")[good]
-    size = np.abs(y).max(initial=0.0)
-    sided = np.flatnonzero(np.abs(y) > CROSSED*size)
-    if not sided.size:
-        return []
-    found = []
-    for change in np.flatnonzero(np.diff(np.sign(y[sided]))):
-        before, after = sided[change], sided[change + 1]
-        k = before + int(np.argmax(y[before + 1:after + 1]*np.sign(y[after]) >= 0))
-        found.append(float(t[k] + (t[k + 1] - t[k])*y[k]/(y[k] - y[k + 1])))
-    if sided[-1] < len(y) - 1:
-        found.append(float(t[sided[-1] + 1 + int(np.abs(y[sided[-1] + 1:]).argmin())]))
-    return found
 
 
 def pairs(reference: Sequence[float], other: Sequence[float]) -> list[tuple[int, int]]:

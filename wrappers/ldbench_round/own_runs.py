@@ -63,7 +63,7 @@ def exact(case: Case, factor: float = 1.0) -> Case:
     The energy error of a step goes with the seventh power of its length while contacts stay closed, and with a smaller one
     where a contact touches; the third power of the factor keeps both from being cut ever more often.
     """
-    return case.replace(scheme="newmark", beta=0.0, order=ORDER, dt=factor*STEP, energy_tolerance=TOLERANCE*factor**3)
+    return case.replace(beta=0.0, order=ORDER, dt=factor*STEP, energy_tolerance=TOLERANCE*factor**3)
 
 
 def ending(case: Case, horizon: float) -> Case:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ldbench import Case
-from ldbench.geometry.derailment import derailment
+from ldbench.results.answers import answers
 from ldbench.results.derived import cumulative
 from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
@@ -91,7 +91,8 @@ def order_findings(run: RunData, task: Task, case: Case, leaping: bool) -> Itera
 
     Where velocities jump, an impact may have no row with a force. Then the displacement stands for a contact that has none.
     """
-    left, right = (run.first_contact(contact) for contact in ("LF", "RF"))
+    known = answers(run, case)
+    left, right = known["t_first_LF"], known["t_first_RF"]
     unseen = leaping and None in (left, right) and has(run, "Y")
     y, t = run.values("Y") if has(run, "Y") else np.empty(0), run.time
     if unseen:
@@ -107,16 +108,16 @@ def order_findings(run: RunData, task: Task, case: Case, leaping: bool) -> Itera
     if not y.size:
         return
     if task.exercise == 5:
-        found = derailment(run, case)
-        yield Finding("up to derailment", PASSED if found else FAILED, found.t if found else np.nan,
-                      hint="" if found else "no flange's tip passes the highest point of its rail")
+        derailment = known["t_derailment"]
+        yield Finding("up to derailment", FAILED if derailment is None else PASSED, np.nan if derailment is None else derailment,
+                      hint="" if derailment is not None else "no flange's tip passes the highest point of its rail")
         return
     # Without forces the farthest point on the right stands for the contact.
     turn = right if has(run, "N_RF") and not unseen else float(t[y.argmin()]) if y.min() < -0.5*y.max() else None
     after = y[t > turn] if turn is not None else np.empty(0)
     # The run may end between the last row and the next, which is not written.
     back = bool(after.size and (np.nanmax(after) >= 0 or (after.size > 1 and 2*after[-1] - after[-2] >= 0)))
-    derailed = not back and derailment(run, case) is not None
+    derailed = not back and known["t_derailment"] is not None
     # Whether a wheelset of exercise 4 climbs off the rail is a matter of the contact law.
     yield Finding("return to the centre after both flanges", PASSED if back else DOUBTFUL if derailed else FAILED,
                   hint="" if back else "the wheelset derails" if derailed else "the file ends before")
@@ -124,7 +125,7 @@ def order_findings(run: RunData, task: Task, case: Case, leaping: bool) -> Itera
 
 def clearance_findings(run: RunData, task: Task) -> Iterator[Finding]:
     """The left flange closes where the published clearance is used up."""
-    first = run.first_contact("LF") if has(run, "N_LF", "Y") else None
+    first = answers(run)["t_first_LF"] if has(run, "N_LF", "Y") else None
     if first is None:
         return
     y = float(np.interp(first, run.time, run.values("Y")))

@@ -16,7 +16,6 @@ import pandas as pd
 
 from ldbench import Case, ContactTable, Error, __version__
 from ldbench.results.quantities import CONTACTS
-from ldbench.results.summary import drift_reference
 from ldbench.runs import Run, compute
 from ldbench.tools import check_ending, complete, digest
 
@@ -146,7 +145,7 @@ def error_row(found: Solution) -> dict[str, Any]:
     largest = {kind: [one.difference for one in scores.of_kind(kind) if not np.isnan(one.difference)]
                for kind in ("event", "impulse", "peak", "duration")}
     return {"simulation": found.task.name, "step [s]": found.run.case.dt, "drift [J]": short(drift),
-            "drift, relative": short(drift/drift_reference(found.run)), "until [s]": found.until,
+            "drift, relative": short(found.run.results["drift_relative"]), "until [s]": found.until,
             "displacements": short(apart.max()),
             "displacements within 1e-9 until [s]": float(t[beyond[0]]) if beyond.size else found.until,
             **{name: short(max(largest[kind])) if largest[kind] else "" for kind, name in (

@@ -92,8 +92,6 @@ class Variables:
     table_n_roll: Final[int]
     n_depth: Final[int]
     table_n_depth: Final[int]
-    scheme: Final[Literal["newmark", "energy"]]
-    integrator_scheme: Final[Literal["newmark", "energy"]]
     order: Final[int]
     integrator_order: Final[int]
     beta: Final[float]
@@ -121,8 +119,6 @@ class Variables:
     output_rows: Final[Literal["interval_and_events", "interval"]]
     pressures: Final[Literal["yes", "no"]]
     output_pressures: Final[Literal["yes", "no"]]
-    geometry_file: Final[str]
-    output_geometry_file: Final[str]
 
 class Values(TypedDict, total=False):
     name: str | PathLike[str]
@@ -214,8 +210,6 @@ class Values(TypedDict, total=False):
     table_n_roll: int
     n_depth: int
     table_n_depth: int
-    scheme: Literal["newmark", "energy"]
-    integrator_scheme: Literal["newmark", "energy"]
     order: int
     integrator_order: int
     beta: float
@@ -243,5 +237,3 @@ class Values(TypedDict, total=False):
     output_rows: Literal["interval_and_events", "interval"]
     pressures: Literal["yes", "no"]
     output_pressures: Literal["yes", "no"]
-    geometry_file: str | PathLike[str]
-    output_geometry_file: str | PathLike[str]

@@ -14,8 +14,8 @@ module flat
   use curve_fit, only: interpolate, noise_of => point_noise
   use errors, only: error_type
   use events, only: event_kinds
-  use files, only: column_file, write_geometry
-  use geometry_functions, only: conicity, geometry_at, geometry_names, geometry_units
+  use column_files, only: column_file
+  use rigid_geometry, only: geometry_at
   use handles
   use kinds, only: version
   use largest_pressure, only: grids
@@ -55,7 +55,7 @@ contains
     call give(lines, listing, length)
   end subroutine describe_variables
 
-  !> Names and units of the columns, of the geometry columns; then the kinds of
+  !> Names and units of the columns; then the kinds of
   !> events, one per line; then the program's version.
   subroutine describe_results(listing, length)
     character(8192), intent(out) :: listing
@@ -75,8 +75,6 @@ contains
     call list_columns(c, setup, motion, 0d0, values, n, columns)
     call add(columns(:n)%name)
     call add(columns(:n)%unit)
-    call add(geometry_names)
-    call add(geometry_units)
     do k = 1, size(event_kinds)
       lines = lines//trim(event_kinds(k))//new_line('a')
     end do
@@ -330,34 +328,18 @@ contains
     call give(lines, listing, length)
   end subroutine run_summary
 
-  !> Write the column file and, unless `geometry` is '', the geometry functions: both or none.
-  subroutine write_run(prepared, handle, path, geometry, message, length)
+  !> Write the column file.
+  subroutine write_run(prepared, handle, path, message, length)
     integer(8), intent(in) :: prepared, handle
-    character(*), intent(in) :: path, geometry
-    character(2048), intent(out) :: message
-    integer, intent(out) :: length
-    !f2py threadsafe
-    type(error_type), allocatable :: error
-
-    call write_finished(prepared_at(prepared), run_at(handle), path, geometry, error)
-    call give_error(error, message, length)
-  end subroutine write_run
-
-  subroutine write_geometry_file(prepared, path, message, length)
-    integer(8), intent(in) :: prepared
     character(*), intent(in) :: path
     character(2048), intent(out) :: message
     integer, intent(out) :: length
     !f2py threadsafe
-    type(prepared_type), pointer :: p
-    type(column_file) :: file
     type(error_type), allocatable :: error
 
-    p => prepared_at(prepared)
-    call write_geometry(p%c, p%setup, path, file, error)
-    if (.not. allocated(error)) call file%publish(error)
+    call write_finished(prepared_at(prepared), run_at(handle), path, error)
     call give_error(error, message, length)
-  end subroutine write_geometry_file
+  end subroutine write_run
 
   !> Contact at n poses: axle centre y, z [m], roll [rad], track frame; wheel: 0 both, 1 left, 2 right. m says what: 1 the elastic
   !> energy [J]; 3 the force of the rails on the wheels F_y, F_z [N] and M_x about the axle centre [N m]; 12 this force in each
@@ -567,22 +549,10 @@ contains
       do k = 1, size(s%zones)
         zones(:, k) = [s%pair%r(1, s%zones(k)%first) - p%c%back_to_back/2, &
                        s%pair%r(1, s%zones(k)%last) - p%c%back_to_back/2, &
-                       merge(1d0, 0d0, s%zones(k)%flange), s%zones(k)%alpha]
+                       merge(1d0, 0d0, s%zones(k)%past_root), s%zones(k)%alpha]
       end do
     end associate
   end subroutine rigid_numbers
-
-  !> Equivalent conicity for amplitudes [m] by harmonic linearisation, from n rows of y and delta_r [m].
-  subroutine linearised_conicities(n, y, delta_r, m, amplitude, found)
-    integer, intent(in) :: n, m
-    real(8), intent(in) :: y(n), delta_r(n), amplitude(m)
-    real(8), intent(out) :: found(m)
-    integer :: k
-
-    do k = 1, m
-      found(k) = conicity(amplitude(k), y, delta_r)
-    end do
-  end subroutine linearised_conicities
 
   !> Find out before the work, not after it, that a file cannot be written.
   subroutine check_writable(file, variable, path, message, length)

@@ -11,7 +11,7 @@ module handles
   use kinds, only: dp
   use profile, only: profile_type
   use progress, only: monitor_type
-  use files, only: begin_columns, column_file, finish_files
+  use column_files, only: begin_columns, column_file, finish_columns
   use row_sink, only: row_writer
   use run_monitor, only: run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
@@ -256,11 +256,11 @@ contains
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
   end subroutine simulate_watched
 
-  !> The column file of a run and, unless `geometry_file` is '', the geometry functions.
-  subroutine write_finished(p, run, path, geometry_file, error)
+  !> Write the column file of a run.
+  subroutine write_finished(p, run, path, error)
     type(prepared_type), intent(in) :: p
     type(finished_type), intent(in) :: run
-    character(*), intent(in) :: path, geometry_file
+    character(*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
     type(column_file) :: columns
     integer :: i
@@ -269,7 +269,7 @@ contains
     do i = 1, run%rows
       if (.not. allocated(error)) call columns%write_row(run%kept%values(:, i), error)
     end do
-    if (.not. allocated(error)) call finish_files(p%c, p%setup, run%run_type, columns, geometry_file, error)
+    if (.not. allocated(error)) call finish_columns(p%c, run%run_type, columns, error)
   end subroutine write_finished
 
   !> The values of a case in the order of the list of variables: numbers, and texts one after

@@ -13,6 +13,7 @@ COMMANDS = {
     "table": "build or load a contact table, write geometry functions",
     "profile": "look at a wheel or rail profile, or at a pair, before a run",
     "pressure": "show the pressure between wheel and rail at one moment of a run",
+    "trust": "say how far the answers of a case are to be trusted, and what decides them",
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
     "check": "check submissions to the benchmark: complete and physically consistent",

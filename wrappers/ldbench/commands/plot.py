@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files")
     add_output(parser, "the PDF", default="ldbench_plots.pdf")
     parser.add_argument("--geometry", action="append", type=Path, default=[], metavar="FILE",
-                        help="a geometry file (&output geometry_file), as often as given")
+                        help="a file of geometry functions (`ldbench table -o`), as often as given")
     add_map(parser)
     add_jobs(parser, "processes")
 

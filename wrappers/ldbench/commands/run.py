@@ -36,11 +36,8 @@ def main(args: argparse.Namespace) -> int:
         raise Usage(f"-o: expected one namelist, found {len(args.namelists)}")
     cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]
     for case in cases:
-        for name, path in ("file", output_path(case)), ("geometry_file", case.geometry_file):
-            if path:
-                case.check_writable(f"&output {name}", path)
-    written_files = [Path(path) for case in cases for path in (output_path(case), case.geometry_file) if path]
-    check_written(written_files, map(Path, args.namelists))
+        case.check_writable("&output file", output_path(case))
+    check_written([Path(output_path(case)) for case in cases], map(Path, args.namelists))
     if len(cases) == 1:
         show(written(cases[0], True), 0, args.json)
         return 0
@@ -62,7 +59,7 @@ def main(args: argparse.Namespace) -> int:
 def written(case: Case, progress: Progress | bool) -> Run:
     """Run a case and write its files."""
     result = compute(case, progress)
-    LOG.info("written: %s", result.write(output_path(case), case.geometry_file))
+    LOG.info("written: %s", result.write(output_path(case)))
     return result
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 import argparse
 import textwrap
 from dataclasses import asdict
+from pathlib import Path
 
+from .._core.files import check_written
 from ..case import Case
 from ..table import ContactTable
 from .options import add_json, add_output, add_set, print_json, settings
@@ -27,8 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.namelist).replace(settings(args.set))
     if args.output:
-        case = case.replace(geometry_file=args.output)      # which looks at what else is read and written
-        case.check_writable("&output geometry_file", args.output)
+        check_written([Path(args.output)], map(Path, (args.namelist, *case.profile_files().values(), case.table_path())))
     table = ContactTable.quiet(case, progress=True)
     if args.output:
         table.write_geometry(args.output)

@@ -7,15 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core import flat
 from .._core.errors import Error
 from ..case import Case
 from ..profiles.profile import checksum
 from ..results.run_data import RunData
-from ..table import core_files, rigid_geometry
-
-WHEEL, RAIL = 1, 2      # in the core
-LEFT, RIGHT = 1, 2
+from ..table import core_files, placed_outlines
 
 
 @dataclass(frozen=True)
@@ -51,11 +47,9 @@ def turned(points: np.ndarray, y: float, z: float, roll: float) -> np.ndarray:
 def case_outlines(case: Case) -> Outlines:
     """The outlines of a case's profiles; the axle is that of the rigid wheelset on both rails. Error where a run would
     refuse them."""
-    handle = rigid_geometry(case)
-    sizes, (axle, roll) = flat.outline_sizes(handle)
-    left, right = (Side(*(flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (WHEEL, RAIL)))
-                   for side in (LEFT, RIGHT))
-    return Outlines(left, right, float(axle), float(roll))
+    sides, axle, roll = placed_outlines(case)
+    left, right = (Side(*side) for side in sides)
+    return Outlines(left, right, axle, roll)
 
 
 def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[Outlines | None, str]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import flat
-from .._core.calls import Handle, descriptions
+from .._core.calls import Handle
 from .._core.errors import Error
 from .._core.wording import clearance_words
 from ..case import Case
-from ..conicity import FINE_PITCH, level_rows, rolled_rows
+from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
 from ..profiles.measures import TAPE_CIRCLE
 from ..results.quantities import DEG, MM
 from ..table import rigid_geometry
@@ -77,7 +77,7 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
     reach = round(max(LEAST_REACH, 1.3*max(left, right))/FINE_PITCH)
     y = FINE_PITCH*np.arange(-reach, reach + 1)
     raised = raised_surfaces(case, handle, radii)
-    names = descriptions()[2].split()
+    names = list(GEOMETRY)
     level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), (end_left, end_right))
                      for kept, rows in (("level", level_rows), ("with roll", rolled_rows)))
     return Pair((left, right), zones, level, rolled, case_outlines(case))

@@ -1,9 +1,8 @@
-"""Pressures in a run: the patches at a row, and at the peak of the first contact of each flange."""
+"""Patches of a run, at a row and through the first contact of a flange."""
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,13 +11,11 @@ from .._core.calls import Handle
 from .._core.errors import Error
 from ..pressure import CONTACTS, ELEMENTS, Patch, press
 from ..results.run_data import RunData
-from ..results.summary import summary_row
 from ..table import rigid_geometry
 from .outlines import fits, pose
 
 FLANGES = "LF", "RF"
 
-_known: WeakKeyDictionary[RunData, dict[str, Any]] = WeakKeyDictionary()
 _placed: WeakKeyDictionary[RunData, Handle] = WeakKeyDictionary()      # profiles are placed once for all poses of a run
 
 
@@ -55,28 +52,6 @@ def told(patches: Sequence[Patch]) -> tuple[float, float, float]:
 def hardest(patches: Sequence[Patch]) -> Patch:
     """The patch with the largest pressure."""
     return max(patches, key=lambda patch: patch.largest)
-
-
-def full_row(run: RunData) -> dict[str, Any]:
-    """The row of the table of all runs, with its pressures."""
-    return summary_row(run) | first_pressures(run)
-
-
-def first_pressures(run: RunData) -> dict[str, Any]:
-    """Largest pressure [Pa], area of all patches [m²], largest approach [m] and time [s] at the peak of the first contact of
-    each flange, for the table of all runs; None where there is no contact, or no pressure is known, or the tread's patch only
-    reaches over to the flange. A run is solved once."""
-    if run in _known:
-        return _known[run]
-    row: dict[str, Any] = {}
-    for contact in FLANGES:
-        first = run.first_interval(contact)
-        patches = known_patches(run, first.top, [contact]) if first else []
-        names = "pmax", "patch", "approach", "t_pmax"
-        values = (*told(patches), first.t_peak) if first and patches else [None]*4
-        row |= {f"{name}_{contact}": value for name, value in zip(names, values, strict=True)}
-    _known[run] = row
-    return row
 
 
 def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:

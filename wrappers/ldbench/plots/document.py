@@ -22,9 +22,9 @@ from pypdf.generic import Fit
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import call_known, processes
-from ..geometry.pressures import full_row
 from ..results.run_data import RunData, read_all, read_data
-from ..results.summary import Chaotic
+from ..results.summary import summary_row
+from ..results.twins import Chaotic
 from .energies import energy_page, is_ramp, ramp_page
 from .figures import overview_figures
 from .frame import FOOT, LEFT, RIGHT, new_page
@@ -173,7 +173,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
     """Start drawing in worker processes, and give the function that waits for them and writes the document.
 
     `further`: last chapters, drawn there too; they build no contact tables: OpenMP's threads do not outlive a fork. `fine`: parts
-    of runs with more rows, by the names of the runs; `chaotic`: their results that the summary has in italics."""
+    of runs with more rows, by the names of the runs; `chaotic`: their results that the summary has with ranges."""
     chapters = [*((run.heading, case_figures(run, (fine or {}).get(run.name))) for run in runs), *further]
     # The processes have the runs as they are forked; nothing is sent to them.
     work = [partial(save_parts, chapters=[chapter]) for chapter in chapters]
@@ -182,7 +182,7 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
         for task in tasks[:len(runs)]:
             task.add_done_callback(lambda _: done())
         with ldbench_style():
-            front: list[Chapter] = [("Summary", [("summary", summary_page([full_row(run) for run in runs], chaotic))])]
+            front: list[Chapter] = [("Summary", [("summary", summary_page([summary_row(run) for run in runs], chaotic))])]
             for run, functions in geometry:
                 shape = geometry_page(run, functions)
                 front.append((shape.texts[0].get_text(), [("geometry", shape)]))

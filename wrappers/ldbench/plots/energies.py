@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from ..geometry.outlines import flange_angle, run_outlines
+from ..results.answers import answers
 from ..results.derived import lateral_over_vertical, nadal_limit, spectrum, wheel_loads
 from ..results.quantities import CONTACT_NAMES, DEG, KN, MM, quantity
 from ..results.run_data import RunData
@@ -45,7 +46,7 @@ def energy_page(run: RunData) -> Figure | None:
 
 def draw_portraits(axes: np.ndarray, run: RunData, window: Window) -> None:
     """Velocity over displacement of the three degrees of freedom."""
-    t, rows = run.time, window.rows(run)
+    t, rows, found = run.time, window.rows(run), answers(run)
     for ax, (q, v, x_label, y_label, x_scale, y_scale) in zip(axes, PHASES, strict=True):
         x, y = x_scale*run.values(q)[rows], y_scale*run.values(v)[rows]
         ax.plot(x, y, color=BLACK, linewidth=0.6)
@@ -53,7 +54,7 @@ def draw_portraits(axes: np.ndarray, run: RunData, window: Window) -> None:
         if rows.start == 0:
             ax.plot(x[:1], y[:1], "o", color=GREEN, label="start", **look)
         for contact, marker in (("LF", "<"), ("RF", ">")):
-            first = run.first_contact(contact)
+            first = found[f"t_first_{contact}"]
             if first is not None and t[rows][0] <= first <= t[rows][-1]:
                 k = np.searchsorted(t[rows], first)
                 ax.plot(x[k:k + 1], y[k:k + 1], marker, color=CONTACT_LINES[contact].color, markeredgecolor=BLACK,

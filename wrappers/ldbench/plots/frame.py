@@ -37,17 +37,15 @@ def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
 
 def caption(run: RunData) -> str:
     """The settings of a run."""
-    scheme = run.setting("integrator", "scheme")
-    if not scheme:
+    if not run.header.settings:
         return str(run.file)
-    explicit = scheme == "newmark" and not run.number("integrator", "beta")
-    names = {"energy": "average acceleration with discrete gradient", "newmark": "explicit" if explicit else "Newmark"}
+    integrator = "Newmark" if run.number("integrator", "beta") else "explicit"
     order, tolerance = (run.number("integrator", name) for name in ("order", "energy_tolerance"))
     cut = f" at most, cut where it changes the energy by more than {scientific(tolerance)} J" if tolerance else ""
     if run.result("missed") > 0:
         cut += f" ({run.result('missed'):.0f} of {run.result('steps'):.0f} steps still do)"
     events = " and at events" if run.setting("output", "rows") == "interval_and_events" else ""
-    law = f"normal contact '{run.setting('contact', 'model')}'; {names.get(str(scheme), scheme)}, order {order:.0f}"
+    law = f"normal contact '{run.setting('contact', 'model')}'; {integrator}, order {order:.0f}"
     if run.formulation == "bilateral":
         law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"
     if run.formulation == "unilateral":

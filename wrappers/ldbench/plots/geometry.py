@@ -34,7 +34,7 @@ Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions 
 
 
 def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
-    """The functions that `ContactTable.geometry` and the file of `&output geometry_file` have."""
+    """The functions that `ContactTable.geometry` and its file have."""
     y = MM*functions["Y"]
     left_reach, right_reach = (run.result(f"clearance_{side}") for side in ("left", "right"))
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
-from ..results.derived import SIDES, is_forced, lateral_over_vertical
-from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, quantity
+from ..results.answers import answers
+from ..results.derived import is_forced, lateral_over_vertical
+from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, SIDES, quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, legend_of_page, new_page
 from .stretches import BINS, PANEL, Window, band, overall, thin
@@ -232,19 +233,19 @@ def mark_events(axes: np.ndarray, run: RunData, window: Window, figure: Figure) 
     def height(line: int) -> float:
         return 1.5 + 1.25*EVENT_SIZE*line
 
-    events = [(t, f"{side} flange") for side in ("left", "right") if (t := run.first_contact(f"{side[0].upper()}F")) is not None]
-    events += [(passage, "centre") for passage in run.passages()[:1]]
-    events += [(derailment.t, "derailment")] if (derailment := run.first("derailment")) else []
+    found, words = answers(run), {"t_first_LF": "left flange", "t_first_RF": "right flange", "t_first_centre": "centre",
+                                  "t_derailment": "derailment"}
+    events = [(found[name], word) for name, word in words.items() if found[name] is not None]
     shown = sorted(event for event in events if window.start <= event[0] <= window.end)
     for t, group in groupby(shown, key=lambda event: event[0]):
-        words = ", ".join(label for _, label in group)
-        half = 0.27*EVENT_SIZE*len(words) + 1
+        label = ", ".join(word for _, word in group)
+        half = 0.27*EVENT_SIZE*len(label) + 1
         middle = min(max((t - window.start)/(window.end - window.start)*width, half), width - half)
         line = next((k for k, end in enumerate(ends) if middle - half > end + 2), len(ends))
         ends[line:line + 1] = [middle + half]
         for ax in axes.ravel():
             ax.axvline(window.scale*(t - window.zero), color=GREY, linewidth=0.6, linestyle=":", zorder=1)
         for ax in axes[0]:
-            ax.annotate(words, (middle/width, 1.0), xycoords="axes fraction", xytext=(0, height(line)), va="bottom",
+            ax.annotate(label, (middle/width, 1.0), xycoords="axes fraction", xytext=(0, height(line)), va="bottom",
                         textcoords="offset points", ha="center", fontsize=EVENT_SIZE, color="#505050", annotation_clip=False)
     return height(len(ends)) if ends else 0.0

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..results.answers import answers
 from ..results.run_data import RunData
 
 ENVELOPE_ROWS = 20_000     # longer runs are drawn as bands
@@ -66,7 +67,7 @@ def last_second(run: RunData) -> Window:
 def first_impact(run: RunData, contact: str = "LF") -> Window | None:
     """The first contact of a flange and some time before and after it; None where it stays open."""
     t, first = run.time, run.first_interval(contact)
-    touched = run.first_contact(contact)
+    touched = answers(run)[f"t_first_{contact}"]
     if touched is not None and run.formulation == "unilateral":
         start, end = touched, touched + 0.01
     elif first:

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from ..results.quantities import OUTCOME
-from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
+from ..results.summary import CHAOTIC_NOTE, SUMMARY, shown
+from ..results.twins import Chaotic
 from .frame import new_page
 from .style import plain
 
@@ -77,20 +78,25 @@ def paged(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: 
 
 
 SUMMARY_NOTE = (
-    "Event times and peaks of forces lie within the steps; Y, Z and Φ are those of the rows. –: did not happen.  aw: "
-    "actual wheel and rail profiles, sw: simplified.\n"
+    "All numbers lie within the steps, not at the rows. –: did not happen.  aw: actual wheel and rail profiles, sw: simplified.\n"
     "In all plots: Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0; left blue, right "
     "red; tread dark and solid, flange light and dashed; dotted in panels over time: events.")
+SMALL = 6.0             # type of two lines in a row of a table
 
 
 def summary_page(rows: Sequence[dict[str, Any]], chaotic: Chaotic | None = None) -> Figure:
-    """All runs in one table, `chaotic` results in italics."""
+    """All runs in one table; `chaotic` results with their ranges."""
     note = "" if chaotic is None else f"{CHAOTIC_NOTE}.  "
     figure = new_page("LD benchmark: summary of all runs", "single wheelset without friction", f"{note}{SUMMARY_NOTE}")
     cells = [[shown(row, key, chaotic or {}) for row in rows] for key in SUMMARY]
     lines = [["", *(str(row["case"]) for row in rows)],
-             *([OUTCOME[key].label, *(words for words, _ in own)] for key, own in zip(SUMMARY, cells, strict=True))]
-    draw_table(figure.add_subplot(), lines, [0, *np.linspace(0.24, 1, max(len(rows), 1) + 1)], pad=0.003,
-               look=lambda i, j: {"weight": "normal" if i else "bold",
-                                  "style": "italic" if i and j and cells[i - 1][j - 1][1] else "normal"})
+             *([OUTCOME[key].label, *(f"{one.text}\n{one.range}".strip() for one in own)]
+               for key, own in zip(SUMMARY, cells, strict=True))]
+
+    def look(i: int, j: int) -> dict[str, Any]:
+        if i and j and cells[i - 1][j - 1].range:
+            return {"fontsize": SMALL, "linespacing": 0.9}
+        return {"weight": "normal" if i else "bold"}
+
+    draw_table(figure.add_subplot(), lines, [0, *np.linspace(0.24, 1, max(len(rows), 1) + 1)], pad=0.003, look=look)
     return figure

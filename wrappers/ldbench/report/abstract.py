@@ -13,15 +13,15 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import complete
 from .._core.optional import needed
-from ..geometry.pressures import full_row
+from .._core.wording import clearance_words
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.style import ldbench_style
-from ..results.columns import read_toml, time_mean
-from ..results.contact_intervals import ContactInterval
-from ..results.quantities import GRAVITY, KN, OUTCOME, scientific
+from ..results.columns import read_toml
+from ..results.quantities import CONTACT_NAMES, OUTCOME, scientific
 from ..results.run_data import RETURNED, RunData
-from ..results.summary import Chaotic, shown, summary_row
+from ..results.summary import CHAOTIC_NOTE, shown, summary_row
+from ..results.twins import Chaotic
 from . import formulations
 
 TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
@@ -35,8 +35,8 @@ FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derai
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
 TABLE: dict[str, int | None] = {
-    "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 4, "F_derailment": 1, "Y_max": 2, "Z_max": 2,
-    "peak_N_LT": 0, "peak_N_LF": 0, "peak_N_RT": 0, "peak_N_RF": 0, "pmax_LF": 0, "patch_LF": 0,
+    "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 2, "F_derailment": 1, "F_limit_left": 2, "farthest_left": 2,
+    "farthest_up": 2, "peak_N_LT": 0, "peak_N_LF": 0, "peak_N_RT": 0, "peak_N_RF": 0, "pmax_LF": 0, "patch_LF": 0, "pmax": 0,
     "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
     "drift_relative": None}
 
@@ -48,7 +48,7 @@ PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and f
 def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
                   chaotic: Chaotic | None = None, authors: Sequence[Mapping[str, str]] = ()) -> None:
     """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given.
-    `chaotic`: the results of each run that are in italics; `authors`: name and affiliation of each."""
+    `chaotic`: the results of each run that have a range; `authors`: name and affiliation of each."""
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -67,23 +67,22 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
 
 
 def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
-    """Collect the numbers of the text, ready to print; `chaotic` ones of the table, which are in italics, are in a dictionary."""
-    rows = [full_row(run) for run in runs]
+    """Collect the numbers of the text, ready to print."""
+    rows = {run: summary_row(run) for run in runs}
     first, loose = runs[0], free(runs)
-    ramps = [run for run in runs if run.exercise == 5 and run.first("derailment") and run.time[-1] > 2]
-    struck = [(run, one) for run in loose if (one := run.first_interval("LF"))]
-    spans = [1e3*one.duration for _, one in struck] or [0.0]
+    ramps = [run for run in runs if run.exercise == 5 and rows[run]["t_derailment"] is not None]
+    spans = [1e3*x for run in loose if (x := rows[run]["first_duration_LF"]) is not None] or [0.0]
     lifts: dict[float, list[bool]] = {}         # by initial velocity [m/s], whether a wheel lifts off, with each pair of profiles
-    for run, row in zip(runs, rows, strict=True):
-        if run in loose:
-            lifts.setdefault(float(run.values("vY")[0]), []).append(
-                bool(row["n_left_wheel_lift_off"] or row["n_right_wheel_lift_off"]))
+    for run in loose:
+        lifts.setdefault(float(run.values("vY")[0]), []).append(
+            bool(rows[run]["n_left_wheel_lift_off"] or rows[run]["n_right_wheel_lift_off"]))
+    groups = {"free": loose, "ramp": ramps}
     return {
         "version": first.header.version,
         "names": [run.name for run in runs],
-        "table": [[OUTCOME[key].brief, *({"leaning": text} if leaning else text for text, leaning in (
-            shown(row, key, chaotic, TABLE[key]) for row in rows))] for key in TABLE],
-        "marked": any(key in TABLE for found in chaotic.values() for key in found),
+        "table": [[OUTCOME[key].brief, *(shown(row, key, chaotic, digits)._asdict() for row in rows.values())]
+                  for key, digits in TABLE.items()],
+        "chaotic": CHAOTIC_NOTE if any(key in TABLE for found in chaotic.values() for key in found) else "",
         "costs": costs(runs),
         "first": {"name": drawn.name} if (drawn := first_shown(runs)) else None,
         "pairs": [pair_facts(own) for own in by_pair(runs).values()],
@@ -96,19 +95,14 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
         "corners": [{"name": run.name, "times": TIMES.get(n, f"{n} times")} for run in loose if (
             n := sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right")))],
-        "exponents": exponents(struck),
-        "drift_free": scientific(max(r["drift_relative"] for r in rows if r["exercise"] != 5)),
-        "drift_ramp": scientific(max([r["drift_relative"] for r in rows if r["exercise"] == 5], default=0.0)),
-        "steps_free": sorted({f"{1e6*r['step']:.3g}" for r in rows if r["exercise"] != 5}, key=float),
-        "steps_ramp": sorted({f"{1e6*run.result('step'):.3g}" for run in ramps}, key=float),
-        "order_free": f"{loose[0].number('integrator', 'order'):.0f}",
-        "order_ramp": f"{ramps[0].number('integrator', 'order'):.0f}" if ramps else "",
-        "scheme": str(first.setting("integrator", "scheme")),
+        "exponents": exponents({run: rows[run]["first_peak_N_LF"] for run in loose}),
+        **{f"drift_{group}": scientific(max([rows[run]["drift_relative"] for run in own], default=0.0))
+           for group, own in groups.items()},
+        **{f"steps_{group}": sorted({f"{1e6*rows[run]['step']:.3g}" for run in own}, key=float) for group, own in groups.items()},
+        **{f"{name}_{group}": listed(own, name) for group, own in groups.items() for name in ("order", "energy_tolerance")},
         # Whether the runs have the integrator that the text describes.
-        "explicit": all(run.setting("integrator", "scheme") == "newmark" and run.number("integrator", "beta") == 0 and run.number(
-            "integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0 for run in runs),
-        "energy_free": scientific(loose[0].number("integrator", "energy_tolerance")),
-        "energy_ramp": scientific(ramps[0].number("integrator", "energy_tolerance")) if ramps else "",
+        "explicit": all(run.number("integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0
+                        for run in runs),
         "calm": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if not any(lifted)],
         "thrown": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if all(lifted)],
         "duration": [f"{min(spans):.1f}", f"{max(spans):.1f}"],
@@ -116,10 +110,14 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "threshold": f"{np.degrees(first.number('contact', 'flange_angle')):.0f}",
         "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
         "poisson": f"{first.number('material', 'poisson'):.2f}",
-        "ramps": (told := [ramp_facts(run, chaotic) for run in ramps]),
-        "ramp_spread": f"{max((abs(r['derails'] - float(r['statics'])) for r in told), default=0.0):.0f}",
-        "pressure": pressure_facts(rows),
+        "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
+        "pressure": pressure_facts(list(rows.values())),
     }
+
+
+def listed(runs: Sequence[RunData], name: str) -> str:
+    """The values of a variable of the integrator in some runs."""
+    return " or ".join(scientific(x) if x < 1e-2 else f"{x:g}" for x in sorted({run.number("integrator", name) for run in runs}))
 
 
 def costs(runs: Sequence[RunData]) -> list[list[str]]:
@@ -131,23 +129,23 @@ def costs(runs: Sequence[RunData]) -> list[list[str]]:
             ["evaluations of the force", *grouped[1]]]
 
 
-def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, str] | None:
-    """What the text says of the hardest first contact of a left flange; None where no pressure is known."""
-    known = [row for row in rows if row["pmax_LF"] is not None]
-    if not known:
+def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
+    """What the text says of the largest pressures: of the first contacts of the left flange, and of all contacts; None where no
+    pressure is known."""
+    known = {name: max(some, key=lambda row: float(row[name])) for name in ("pmax_LF", "pmax")
+             if (some := [row for row in rows if row[name] is not None])}
+    if len(known) < 2:
         return None
-    row = max(known, key=lambda row: float(row["pmax_LF"]))
-    return {"name": row["case"], "largest": f"{1e-9*row['pmax_LF']:.1f}", "area": OUTCOME["patch_LF"].text(row["patch_LF"])}
+    first, hardest = known["pmax_LF"], known["pmax"]
+    return {"name": first["case"], "first": f"{1e-9*first['pmax_LF']:.1f}", "area": OUTCOME["patch_LF"].text(first["patch_LF"]),
+            "hardest": hardest["case"], "largest": f"{1e-9*hardest['pmax']:.1f}", "contact": CONTACT_NAMES[hardest["pmax_contact"]]}
 
 
 def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:
     """Collect the facts about a pair of profiles."""
-    left, right = (1e3*runs[0].result(f"clearance_{side}") for side in ("left", "right"))
-    return {
-        "name": runs[0].pair,
-        "clearance": f"2 × {left:.2f}" if abs(left - right) < 5e-3 else f"{left:.2f} (left) and {right:.2f} (right)",
-        "points": runs[0].header.table_points.replace(" x ", " × "),
-    }
+    left, right = (runs[0].result(f"clearance_{side}") for side in ("left", "right"))
+    return {"name": runs[0].pair, "clearance": clearance_words(left, right),
+            "points": runs[0].header.table_points.replace(" x ", " × ")}
 
 
 def percent(share: float) -> str:
@@ -155,40 +153,24 @@ def percent(share: float) -> str:
     return f"{100*share:#.2g}".rstrip(".") + " %"
 
 
-def exponents(struck: Sequence[tuple[RunData, ContactInterval]]) -> list[dict[str, str]]:
-    """The power of the initial velocity with which the first flange peak grows, from the slowest to the fastest run of a pair."""
+def exponents(peaks: Mapping[RunData, float | None]) -> list[dict[str, str]]:
+    """The power of the initial velocity with which the first flange peak [N] grows, from the slowest run of a pair to the fastest."""
     found = []
-    for own in by_pair([run for run, _ in struck]).values():
-        peaks = {float(run.values("vY")[0]): one.peak for run, one in struck if run in own}
-        if len(peaks) > 1:
-            slow, fast = min(peaks), max(peaks)
-            found.append({"name": own[0].pair, "value": f"{np.log(peaks[fast]/peaks[slow])/np.log(fast/slow):.2f}"})
+    for own in by_pair([run for run, peak in peaks.items() if peak is not None]).values():
+        by_speed = {float(run.values("vY")[0]): peaks[run] for run in own}
+        if len(by_speed) > 1:
+            slow, fast = min(by_speed), max(by_speed)
+            power = np.log((by_speed[fast] or np.nan)/(by_speed[slow] or np.nan))/np.log(fast/slow)
+            found.append({"name": own[0].pair, "value": f"{power:.2f}"})
     return found
 
 
-def ramp_facts(run: RunData, chaotic: Chaotic | None = None) -> dict[str, Any]:
-    """What the text says of a run of exercise 5.
-
-    The lateral force at derailment is that of the event. The static limit is the lateral force at which the wheelset
-    overturns about its flange contact: weight times lever arm over the height of the axle above that contact, at the mean
-    pose of the second before the last.
-    """
-    rows = (run.time > run.time[-1] - 2) & (run.time < run.time[-1] - 1)
-    weight = run.number("wheelset", "mass")*GRAVITY + run.number("wheelset", "vertical_load")
-    lever = time_mean(run.time[rows], (run.values("y_LF") - run.values("Y"))[rows])
-    height = time_mean(run.time[rows], (run.result("axle_height") + run.values("Z") - run.values("z_LF"))[rows])
-    row = summary_row(run)
-
-    def told(key: str) -> str:
-        text, leaning = shown(row, key, chaotic or {}, TABLE.get(key))
-        return f"about {text}" if leaning else text
-
-    return {
-        "name": run.pair, "statics": f"{1e-3*weight*lever/height:.1f}",
-        "derails": KN*float(row["F_derailment"] or np.nan),
-        "right_flange": f"{run.count('right flange contact') or 0}",
-    } | {name: told(key) for name, key in (("time", "t_derailment"), ("force", "F_derailment"), ("peak", "peak_N_LF"),
-                                           ("contacts", "n_left_flange_contact"), ("lift_offs", "n_right_wheel_lift_off"))}
+def ramp_facts(run: RunData, row: Mapping[str, Any], chaotic: Chaotic) -> dict[str, Any]:
+    """What the text says of a run of exercise 5."""
+    return {"name": run.pair, "right_flange": f"{run.count('right flange contact') or 0}"} | {
+        name: shown(row, key, chaotic, TABLE.get(key)).line for name, key in (
+            ("limit", "F_limit_left"), ("time", "t_derailment"), ("force", "F_derailment"),
+            ("contacts", "n_left_flange_contact"), ("lift_offs", "n_right_wheel_lift_off"))}
 
 
 def read_authors(file: Path) -> list[dict[str, str]]:

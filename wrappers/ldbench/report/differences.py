@@ -9,14 +9,17 @@ import numpy as np
 import pandas as pd
 
 from .._core.errors import Error
+from ..case import Case
+from ..results.answers import all_events, answers, first_flange
 from ..results.columns import time_mean
 from ..results.contact_intervals import ContactInterval
 from ..results.derived import is_forced
-from ..results.quantities import CONTACT_NAMES, CONTACTS, SI, Quantity, quantity
+from ..results.quantities import CONTACT_NAMES, CONTACTS, OUTCOME, SI, Quantity, quantity
 from ..results.run_data import RunData
 from ..viewer.page import distinct
 
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
+TIMES = "t_first_LF", "t_first_RF", "t_return", "t_unloaded", "t_derailment"
 IMPACTS = 100           # of a contact, in tables
 MEASURES = {"start": ("start", "s"), "duration": ("duration", "s"), "peak": ("largest normal force", "N"),
             "impulse": ("impulse", "N.s"), "angle": ("contact angle at the largest force", "rad")}
@@ -54,7 +57,7 @@ def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     if len(runs) < 2:
         raise Error("expected at least two column files")
     runs = distinct(runs)
-    firsts = [0.0 if align == "time" else run.first_flange() for run in runs]
+    firsts = [0.0 if align == "time" else first_flange(answers(run)) for run in runs]
     if None in firsts:
         raise Error(f"{runs[firsts.index(None)].file}: expected a flange contact to align by, found none")
     shifts = tuple(first for first in firsts if first is not None)
@@ -91,28 +94,25 @@ def difference_table(found: Comparison) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def event_times(run: RunData) -> dict[str, float]:
-    """Instants [s] worth comparing: the first of each kind of event, the end."""
-    found: dict[str, float] = {}
-    for event in run.events:
-        found.setdefault(f"first {event.kind}" if event.kind != "derailment" else event.kind, event.t)
-    for contact in ("LF", "RF"):
-        if (t := run.first_contact(contact)) is not None:
-            found.setdefault(f"first {CONTACT_NAMES[contact]} contact", t)
-    return found | {"end": float(run.time[-1])}
+def event_times(run: RunData, case: Case | None = None) -> dict[str, float]:
+    """Instants [s] worth comparing: the first of each kind of event, the answers among times, the end. case: as of `answers`."""
+    known, first = answers(run, case), {f"first {event.kind}": event.t for event in reversed(all_events(run, case))}
+    first.pop("first derailment", None)
+    return first | {OUTCOME[name].short: known[name] for name in TIMES if known[name] is not None} | {"end": float(run.time[-1])}
 
 
 def event_table(runs: Sequence[RunData]) -> pd.DataFrame:
-    """Times of events and peaks of forces in every file against the reference, SI."""
+    """Times of events and peaks of forces in every file against the reference, SI. Files that do not tell their case have that of
+    the first file that does."""
+    case = next((run.case for run in runs if run.header.settings), None)
+    times, peaks = ([told(run, case) for run in runs] for told in (event_times, answers))
     rows = []
-    times = event_times(runs[0])
-    for other in runs[1:]:
-        mine = event_times(other)
-        rows += [pair_row(other, "event", name, name, "s", times.get(name), mine.get(name)) for name in times | mine]
+    for k, other in enumerate(runs[1:], 1):
+        rows += [pair_row(other, "event", name, name, "s", times[0].get(name), times[k].get(name)) for name in times[0] | times[k]]
         for c in CONTACTS:
-            peaks = [peak and peak[0] for peak in (runs[0].peak(c), other.peak(c))]
-            if any(peaks):
-                rows.append(pair_row(other, "peak", f"N_{c}", f"largest {quantity(f'N_{c}').words}", "N", *peaks))
+            both = [peaks[one][f"peak_N_{c}"] for one in (0, k)]
+            if any(both):
+                rows.append(pair_row(other, "peak", f"N_{c}", f"largest {quantity(f'N_{c}').words}", "N", *both))
     return pd.DataFrame(rows)
 
 

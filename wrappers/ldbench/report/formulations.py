@@ -26,11 +26,11 @@ from ..plots.frame import legend_of_page, new_page
 from ..plots.series import draw_curves
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line
 from ..plots.tables import draw_table
+from ..results.answers import answers
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
-from ..results.quantities import KN, MM, OUTCOME, si_unit, significant
-from ..results.run_data import RETURNED, RunData
-from ..results.summary import summary_row
+from ..results.quantities import KN, MM, OUTCOME, SIDES, si_unit, significant
+from ..results.run_data import RunData
 from ..runs import compute
 from ..table import ContactTable
 from .jobs import find_cases, sources
@@ -49,12 +49,13 @@ LONG_INTERVAL = 5e-3        # between rows of rigid contacts in exercise 5 [s]
 LONG_STEP = 1e-3            # of rigid contacts there [s]: six digits are those of a quarter of it, where impacts lose energy
 TURNED = 0.02               # roll that lifts the other wheel [rad]
 
-# The results that are compared, by their names in `quantities.OUTCOME`.
-RESULTS = ("t_first_LF", "Y_max", "climb", "first_impulse", "peak_N", "peak_P", "t_first_RF", "t_return", "lift_offs", "lost",
-           "t_derailment", "F_derailment", "F_pulls")
+# The answers that are compared, by their names in `quantities.OUTCOME`.
+RESULTS = ("t_first_LF", "farthest_left", "farthest_up", "turn_impulse_LF", "peak_N_LF", "peak_P_LF", "t_first_RF", "t_return",
+           "lift_offs", "lost", "t_derailment", "F_derailment", "F_pulls")
+BEFORE_THE_FALL = "farthest_left", "farthest_up", "turn_impulse_LF"     # of runs without a ramp that do not derail
 SHORT = {key: OUTCOME[key].short or OUTCOME[key].words for key in RESULTS}
 # Compared one by one, or as a matter of what a formulation can say at all.
-JUDGED = ("t_first_LF", "Y_max", "climb", "first_impulse", "t_first_RF", "t_return", "lift_offs", "t_derailment", "F_derailment")
+JUDGED = tuple(name for name in RESULTS if name not in ("peak_N_LF", "peak_P_LF", "lost", "F_pulls"))
 AGREE, DIFFER, DECIDES = "#BFE5D6", "#FCE3B4", "#F6C9B0"        # green, orange, red
 TITLE = "Elastic contact or constraint equations"
 
@@ -66,7 +67,6 @@ class Outcome:
     formulation: str
     results: Mapping[str, float]
     ending: str
-    drift: float                          # relative to the kinetic energy at the start or the work of the force
     curves: Mapping[str, list[float]]     # by the names in ROWS, and their times t
     profiles: str                         # in words, by the names of their files
 
@@ -113,59 +113,38 @@ def table_key(case: Case) -> str:
 
 def outcome(done: RunData, name: str) -> Outcome:
     """The results of a run and what its pages show."""
-    c, t, row = done.data, done.time, summary_row(done)
-    rigid = "P_LF" in c
-    pushed = cumulative(t, c.N_LF.to_numpy())
-    blows = c.P_LF.to_numpy() if rigid else np.zeros(len(t))
+    c, t, known = done.data, done.time, answers(done)
     ramp = done.number("loading", "lateral_ramp") != 0
-    held = not (ramp or row["t_derailment"])
     pulls = done.first("rail pulls")
-    left = t <= (row["t_first_RF"] or np.inf)
-    results = {
-        **{key: row[key] for key in ("t_first_LF", "t_first_RF", "t_derailment")},
-        "t_return": t[-1] if done.ending == RETURNED else None,
-        "Y_max": row["Y_max"] if held else None,
-        "climb": float(c.Z[left].max()) if held else np.nan,
-        "first_impulse": np.nan if ramp else first_impulse(done, pushed + blows),
-        "peak_N": row["peak_N_LF"],
-        "peak_P": done.result("peak_P_LF") or np.nan,
-        "lift_offs": row["n_left_wheel_lift_off"] + row["n_right_wheel_lift_off"],
-        "lost": round(float(c.E_lost.iloc[-1]), 6) + 0.0 if rigid else 0.0,
-        "F_derailment": row["F_derailment"] if ramp else None,
-        "F_pulls": pulls.force if pulls and ramp else None,
-    }
+    known["lift_offs"] = known["n_left_wheel_lift_off"] + known["n_right_wheel_lift_off"]
+    known["F_pulls"] = pulls.force if pulls and ramp else None
+    if ramp or known["derailed"]:
+        known |= dict.fromkeys(BEFORE_THE_FALL)
+    pushed = cumulative(t, c.N_LF.to_numpy()) + (c.P_LF.to_numpy() if "P_LF" in c else 0.0)
     keep = np.unique(np.linspace(0, len(t) - 1, 2500).astype(int))
-    curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed + blows,
+    curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed,
               "kinetic": (c.KE_lat + c.KE_vert + c.KE_roll).to_numpy()}
-    return Outcome(done.name, name, {key: np.nan if results[key] is None else float(results[key]) for key in RESULTS}, why(done),
-                   row["drift_relative"], {key: x[keep].tolist() for key, x in curves.items()}, done.pair)
+    results = {key: np.nan if known[key] is None else float(known[key]) for key in (*RESULTS, "drift_relative")}
+    return Outcome(done.name, name, results, why(done, known), {key: x[keep].tolist() for key, x in curves.items()}, done.pair)
 
 
-def first_impulse(done: RunData, total: np.ndarray) -> float:
-    """Impulse of the left flange until the wheelset moves to the right [N s]."""
-    hit = done.first("left flange contact")
-    back = np.flatnonzero((done.time > hit.t) & (done.values("vY") < 0)) if hit else np.empty(0, int)
-    return float(total[back[0]]) if back.size else np.nan
-
-
-def why(done: RunData) -> str:
-    """How the run ended; of a derailment, whether over the flange or overturning."""
-    derailment = done.first("derailment")
-    if not derailment:
+def why(done: RunData, known: Mapping[str, Any]) -> str:
+    """How the run ended, by its answers; of a derailment, whether over the flange or overturning."""
+    if not known["derailed"]:
         awaited = "derail" if done.setting("integrator", "stop_at") == "derailment" else "return"
-        return "returns" if done.ending == RETURNED else f"does not {awaited}"
+        return "returns" if known["t_return"] is not None else f"does not {awaited}"
     # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
-    over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= derailment.t]
+    over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= known["t_derailment"]]
     c = done.data
-    end = c.iloc[min(c.time.searchsorted(max(over, default=derailment.t)), len(c) - 1)]
-    side = np.sign(end.Y)
-    words = f"derails over the {'left' if side > 0 else 'right'} rail: "
-    if side*end.roll < -TURNED:
-        return words + "overturns"
-    other = ("N_RT", "N_RF") if side > 0 else ("N_LT", "N_LF")
-    if done.formulation == "bilateral" or any(is_closed(end[name]) for name in other):
-        return words + "rolls over the flange"
-    return words + "jumps"
+    end = c.iloc[min(c.time.searchsorted(max(over, default=known["t_derailment"])), len(c) - 1)]
+    side, other = ("left", "right") if end.Y > 0 else ("right", "left")
+    if np.sign(end.Y)*end.roll < -TURNED:
+        how = "overturns"
+    elif done.formulation == "bilateral" or any(is_closed(end[f"N_{contact}"]) for contact in SIDES[other]):
+        how = "rolls over the flange"
+    else:
+        how = "jumps"
+    return f"derails over the {side} rail: {how}"
 
 
 def cases_of(found: Sequence[Outcome]) -> list[str]:
@@ -203,8 +182,8 @@ def table(found: Sequence[Outcome]) -> pd.DataFrame:
                 rows.append({"case": case, "result": SHORT[key], "unit": si_unit(key), **values, "spread": spread(values)})
         rows.append({"case": case, "result": "ending", "unit": "", **{o.formulation: o.ending for o in own},
                      "spread": "differs" if len(endings_of(own, case)) > 1 else ""})
-        rows.append({"case": case, "result": "energy drift, relative", "unit": "1", **{o.formulation: o.drift for o in own},
-                     "spread": ""})
+        rows.append({"case": case, "result": "energy drift, relative", "unit": "1", "spread": "",
+                     **values_of(own, case, "drift_relative")})
     return pd.DataFrame(rows)
 
 
@@ -237,7 +216,7 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
         "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, "
         "0.5 and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to "
         "30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: "
-        "fewest to most. Over the flange: dashed, the kinetic energy at the start of exercises 1 to 4.")
+        "fewest to most. Over the flange: dashed, the energy of the lateral motion at the start of each exercise.")
     endings = {case: endings_of(found, case) for case in cases}
     cells = {SHORT[key]: [verdict(values_of(found, case, key), key) for case in cases] for key in JUDGED}
     cells["ending"] = [("differs", DECIDES) if len(endings[case]) > 1 else ("the same", AGREE) for case in cases]
@@ -256,17 +235,21 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
 
 
 def draw_climb(place: SubplotSpec, inputs: Path) -> None:
-    """Draw the work that lifts the wheelset over the flange with both wheels on the rails, beside the endings."""
-    cases = {case.case_name[-2:]: case for case in find_cases(inputs)}.values()
-    axes = place.subgridspec(1, len(cases)).subplots(sharey=True, squeeze=False)[0]
-    for ax, case in zip(axes, cases, strict=True):
-        made = climb(case)
+    """Draw the work that lifts the wheelset over the flange with both wheels on the rails, beside the endings, and the kinetic
+    energy of the lateral motion with which each exercise of the pair begins."""
+    cases = find_cases(inputs)
+    pairs = {case.case_name[-2:]: case for case in cases}
+    axes = place.subgridspec(1, len(pairs)).subplots(sharey=True, squeeze=False)[0]
+    for ax, (pair, last) in zip(axes, pairs.items(), strict=True):
+        made = climb(last)
         c = made.data
         ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
-        for exercise, v in enumerate((0.1, 0.5, 1.0, 2.0), 1):
-            energy = 0.5*case.mass*v**2
-            ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
-            ax.text(0.99, energy, f"exercise {exercise}", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=6)
+        for case in cases:
+            if case.case_name.endswith(pair) and case.vY:
+                energy = 0.5*case.mass*case.vY**2
+                ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
+                ax.text(0.99, energy, f"exercise {case.case_name[2]}", transform=ax.get_yaxis_transform(), ha="right", va="bottom",
+                        fontsize=6)
         ax.set_title(f"over the flange, {made.pair}", loc="left", fontsize=7, pad=3)
         ax.set_xlabel("lateral Y [mm]")
     axes[0].set_ylabel("work of weight and load [J]")
@@ -346,7 +329,7 @@ def words(found: Sequence[Outcome]) -> dict[str, Any]:
     """Collect the facts for the abstract: ending and time by case and formulation, and the force at which a rail pulls."""
     cases = cases_of(found)
     rows = [[case, *(ending_in_short(o) for o in found if o.case == case)] for case in cases]
-    shares = {key: [spread(values_of(found, case, key)) for case in cases] for key in ("t_first_LF", "first_impulse")}
+    shares = {key: [spread(values_of(found, case, key)) for case in cases] for key in ("t_first_LF", "turn_impulse_LF")}
     pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
     rolled = [o.case for o in found if o.formulation == "bilateral" and o.ending.endswith("rolls over the flange")]
     return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls, "rolled": rolled,

@@ -82,10 +82,9 @@ def find_cases(inputs: Path) -> list[Case]:
 def run_job(job: Job, tell: Progress) -> None:
     """Run one job. An exception in `tell` ends it early."""
     case, before = job.case, sources(job.case)
-    for variable, path in (("&output file", output_path(case)), ("&output geometry_file", case.geometry_file),
-                           ("&table file", case.table_path())):
+    for variable, path in ("&output file", output_path(case)), ("&table file", case.table_path()):
         case.check_writable(variable, path)
-    compute(case, tell).write(output_path(case), case.geometry_file)
+    compute(case, tell).write(output_path(case))
     write_stamp(job.product, before)
 
 

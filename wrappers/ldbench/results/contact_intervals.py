@@ -68,6 +68,8 @@ def find_intervals(contact: str, t: np.ndarray, force: np.ndarray, blows: np.nda
     row before [N s] and contact angle [rad], (rows,) each. at_rows: see `zero`."""
     # A jump downwards, which no impact makes, is one of rounding.
     closed = np.concatenate([[False], is_closed(force) | (blows > 0), [False]])
+    # A contact that begins to pull does not open where its force vanishes.
+    closed[2:-2] |= closed[1:-3] & closed[3:-1] & (force[:-2]*force[2:] < 0)
     found = []
     for first, after in np.flatnonzero(closed[1:] != closed[:-1]).reshape(-1, 2).tolist():
         own, last = slice(first, after), after - 1

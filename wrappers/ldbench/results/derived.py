@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .quantities import SIDES
 from .run_data import RunData
 
-SIDES = {"left": ("LT", "LF"), "right": ("RT", "RF")}
 PARTS = {"KE_lat": "lateral", "KE_vert": "vertical", "KE_roll": "roll"}
 
 

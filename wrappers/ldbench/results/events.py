@@ -25,7 +25,7 @@ class Event(NamedTuple):
 
 def event_kinds() -> list[str]:
     """All kinds of events, in the order of the core."""
-    return descriptions()[4:-1]
+    return descriptions()[2:-1]
 
 
 def count_name(kind: str) -> str:

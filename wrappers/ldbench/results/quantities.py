@@ -13,6 +13,7 @@ GRAVITY = 9.81                          # as the call has it [m/s2]
 
 CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
 CONTACTS = tuple(CONTACT_NAMES)
+SIDES = {"left": ("LT", "LF"), "right": ("RT", "RF")}
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 # The files of wheel and rail that make a pair of the benchmark.
 PAIR_FILES = {(f"{pair[0]}wprof.yz", f"{pair[0]}rprof.yz"): words for pair, words in PAIRS.items()}
@@ -166,8 +167,6 @@ OUTCOME = {
     "step": Quantity("time step", "µs", 1e6, digits=0),
     "t": Quantity("end of the run", "s", 1, digits=6),
     # The comparison of formulations and ensembles have these.
-    "peak_N": Quantity("largest force of a left flange", "kN", KN),
-    "peak_P": Quantity("largest impulse of a left flange", "kN·s", KN),
     "lift_offs": Quantity("lift-offs of both wheels", "", 1, digits=0),
     "lost": Quantity("energy lost", "J", 1),
     "F_pulls": Quantity("lateral force from which a rail pulls", "kN", KN),

@@ -19,7 +19,7 @@ from .columns import read_columns
 from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
 from .events import Event, count_name, event_kinds
 from .header import Header, read_header
-from .quantities import CONTACT_NAMES, CONTACTS, PAIR_FILES, PAIRS
+from .quantities import CONTACTS, PAIR_FILES, PAIRS
 
 # The core's words for why a run ended: after both flanges, or at its time; after the latter stands what was not reached.
 RETURNED = "return to the centre after both flanges"
@@ -91,14 +91,7 @@ class RunData:
     def results(self) -> dict[str, Any]:
         """The outcome in numbers, SI units, by the names in the groups &setup and &results of the column file.
 
-        Before the run: clearance_left, clearance_right; axle_height, axle_roll (of the wheelset at rest, held at the
-        centre); rest_Y, rest_Z, rest_roll (where it rests by itself, as the columns have it); frequency_1 to frequency_3
-        (eigenfrequencies at rest, NaN where rigid contacts leave fewer). Of the run: end (why it ended), t (when), rows,
-        farthest_left, farthest_right, farthest_up and the times t_farthest_...; per contact peak_N_LT ... and t_peak_LT ...,
-        of the flanges first_peak_N_LF ... and t_first_peak_LF ... (the largest force until the contact first opens);
-        the largest impulse peak_P_LT ... (rigid contacts) and t_peak_P_LT ...; lost (energy, in impacts), drift (largest
-        |energy error| over all steps), kinetic_energy (initial, of lateral, vertical and roll motion), steps, step, cuts,
-        missed, evaluations, n_left_flange_contact ... (events of each kind), derailed.
+        The section Results of the page on output lists them. A number that a run does not have is NaN, such a text is ''.
         """
         return dict(self.header.results)
 
@@ -229,36 +222,13 @@ class RunData:
             return None
         return found if found[0] > 0 else None
 
-    def first_peak(self, contact: str) -> tuple[float, float] | None:
-        """The largest normal force of a contact [N] in the first time in which it is closed, and the time [s] of it; None where the
-        contact stays open or is rigid. Of a flange the results tell it for all steps."""
-        if self.result(f"first_peak_N_{contact}") > 0:
-            return self.result(f"first_peak_N_{contact}"), self.result(f"t_first_peak_{contact}")
-        one = self.first_interval(contact)
-        return (one.peak, one.t_peak) if one and np.isfinite(one.peak) else None
-
-    def first_contact(self, contact: str) -> float | None:
-        """Time [s] at which a contact first closes, of a flange not at its root: of the event, or of the rows' first interval."""
-        if event := self._first_touch(contact):
-            return event.t
-        one = self.first_interval(contact)
-        return one.start if one else None
-
-    def _first_touch(self, contact: str) -> Event | None:
-        """The event at which a flange first touches its rail; of treads there is none."""
-        check_contact(contact)
-        return self.first(f"{CONTACT_NAMES[contact]} contact") if contact[1] == "F" else None
-
     def first_interval(self, contact: str) -> ContactInterval | None:
-        """The first interval of the rows in which a contact is closed, of a flange not at its root; None without one.
-
-        It is that of the first contact among the events, where the file lists events. In files of other codes the contact angle
-        tells the root, which is below 25 degrees.
-        """
-        event = self._first_touch(contact)
-        begin = event.t - 1e-9 if event else -np.inf        # the times of rows are rounded
-        return next((one for one in self.intervals(contact, rigid=False) or [] if self.time[one.rows.stop - 1] >= begin
-                     and (event or not one.at_root)), None)
+        """The first interval of the rows in which a contact is closed, of a flange not at its root, for what is drawn; None without
+        one. In a file with results it is that of the first touch, in files of other codes the contact angle tells the root."""
+        check_contact(contact)
+        begin = self.result(f"t_first_{contact}") - 1e-9        # the times of rows are rounded
+        return next((one for one in self.intervals(contact, rigid=False) or []
+                     if (self.time[one.rows.stop - 1] >= begin if np.isfinite(begin) else not one.at_root)), None)
 
     def intervals(self, contact: str, until: float = np.inf, rigid: bool = True) -> list[ContactInterval] | None:
         """The intervals in which a contact is closed, in the rows up to a time [s]; None where the file has no force of it.
@@ -289,10 +259,6 @@ class RunData:
                   for contact, impulse in event.impulses.items() if contact in contacts]
         return sorted(found, key=lambda one: (one.start, CONTACTS.index(one.contact)))
 
-    def first_flange(self) -> float | None:
-        """Time [s] at which a flange first touches; None where none does."""
-        return min((t for contact in ("LF", "RF") if (t := self.first_contact(contact)) is not None), default=None)
-
     def normal_force(self, contact: str) -> np.ndarray | None:
         """The normal force of a contact, (rows,) [N], 0 in empty cells; of a file without it, that of its components; None
         without these."""
@@ -308,11 +274,6 @@ class RunData:
         """Whether a contact is closed, (rows,): its normal force, of either sign, is above 1 N. None is without a column."""
         force = self.normal_force(contact)
         return np.zeros(len(self.data), bool) if force is None else np.asarray(is_closed(force))
-
-    def passages(self) -> list[float]:
-        """Times [s] of the passages of the centre after the left flange's first contact, of those that are listed."""
-        contact = self.first_contact("LF")
-        return [e.t for e in self.header.events if e.kind == "centre passage" and contact and e.t > contact]
 
     # Elsewhere -----------------------------------------------------------------------------
 
@@ -340,7 +301,7 @@ class RunData:
 
 def check_contact(contact: str) -> None:
     """Refuse what is not the name of a contact."""
-    if contact not in CONTACT_NAMES:
+    if contact not in CONTACTS:
         raise unknown(f"expected a contact {', '.join(CONTACTS)}", contact, CONTACTS)
 
 

@@ -2,75 +2,55 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
-
+from .answers import answers
 from .quantities import CONTACTS, OUTCOME
-from .run_data import RETURNED, RunData
+from .run_data import RunData
+from .twins import TWINS, Chaotic
 
-# The rows of the table of all runs, by their names in `quantities.OUTCOME`. Pressures come from `geometry.pressures`.
+# The rows of the table of all runs, by their names in `quantities.OUTCOME`.
 SUMMARY = (
-    "t_first_LF", "t_first_RF", "t_first_centre", "t_return", "t_derailment", "F_derailment", "Y_max", "Y_min", "Z_max", "Z_min",
-    "roll_max", "roll_min", *(f"peak_N_{c}" for c in CONTACTS), "first_peak_N_LF", "pmax_LF", "patch_LF", "approach_LF",
-    "first_peak_N_RF", "pmax_RF", "patch_RF", "approach_RF", "n_left_flange_contact", "n_right_flange_contact",
-    "n_left_wheel_lift_off", "n_right_wheel_lift_off", "drift", "drift_relative", "step", "t")
+    "t_first_LF", "t_first_RF", "t_first_centre", "t_return", "F_limit_left", "F_unloaded", "t_derailment", "F_derailment",
+    "farthest_left", "farthest_right", "farthest_up", "farthest_down", "largest_roll", "smallest_roll",
+    *(f"peak_N_{c}" for c in CONTACTS), *(f"{name}_{c}" for c in ("LF", "RF") for name in (
+        "first_peak_N", "first_duration", "first_impulse", "pmax", "patch", "approach")), "pmax",
+    "n_left_flange_contact", "n_right_flange_contact", "n_left_wheel_lift_off", "n_right_wheel_lift_off",
+    "drift", "drift_relative", "step", "t")
 
 
-#: By case and result, how far a start moved by 1 µm changes the chaotic results, SI; infinite where one comes or goes.
-Chaotic = Mapping[str, Mapping[str, float]]
-CHAOTIC_NOTE = ("italics: chaotic, one sample; a start moved by 1 µm changes the number by more than 0.1 %, and its last "
-                "digit by three at most, or makes it come or go")
+CHAOTIC_NOTE = (f"with a range below: chaotic; median and range of the run and of {len(TWINS)} twins, whose starts differ from its "
+                f"own by up to {1e6*max(TWINS):.0f} µm")
 
 
-def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> tuple[str, bool]:
-    """A result of a row as every table shows it, and whether it is chaotic."""
-    spread = chaotic.get(str(row["case"]), {}).get(key)
-    return OUTCOME[key].text(row.get(key), digits, spread or 0.0), spread is not None
+class Shown(NamedTuple):
+    """A result as tables show it: the number, or the median of a chaotic one, and the range of that."""
+
+    text: str
+    range: str = ""     # '268 to 271', or '0 to 3, 5 of 9' where not all twins have it
+
+    @property
+    def line(self) -> str:
+        """Both in one line: '270 (268 to 271)'."""
+        return f"{self.text} ({self.range})" if self.range else self.text
 
 
-def drift_reference(run: RunData) -> float:
-    """Reference of the relative energy drift [J]: the kinetic energy of lateral, vertical and roll motion
-    at the start, or the work of the lateral force if the wheelset starts at rest. NaN without these columns."""
-    if not {"KE_lat", "KE_vert", "KE_roll", "W_ext"}.issubset(run.data):
-        return np.nan
-    kinetic = sum(run.values(column)[0] for column in ("KE_lat", "KE_vert", "KE_roll"))
-    return float(kinetic) or float(np.abs(run.values("W_ext")).max())
+def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> Shown:
+    """A result of a row as every table shows it. Of a chaotic one the digits that the range leaves are shown."""
+    known, spread = OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
+    if spread is None:
+        return Shown(known.text(row.get(key), digits))
+    width = spread.largest - spread.least
+    median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
+    some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
+    return Shown(median, f"{least} to {largest}{some}")
 
 
 def summary_row(run: RunData) -> dict[str, Any]:
     """The run in one row, SI units; None for what did not happen."""
-    passages = run.passages()
-    derailment = run.first("derailment")
-    row: dict[str, Any] = {
-        "case": run.name,
-        "exercise": run.exercise,
-        "profiles": run.pair,
-        "model": run.setting("contact", "model") if run.formulation == "elastic" else run.formulation,
-        "step": run.result("step"),
-        "steps": run.header.results.get("steps"),
-        "end": run.ending,
-        "t": float(run.time[-1]),
-        "t_first_LF": run.first_contact("LF"),
-        "t_first_RF": run.first_contact("RF"),
-        "t_first_centre": passages[0] if passages else None,
-        "t_return": passages[-1] if passages and run.ending == RETURNED else None,
-        "t_derailment": derailment.t if derailment else None,
-        "F_derailment": derailment.force if derailment and np.isfinite(derailment.force) else None,
-    }
-    for column in ("Y", "Z", "roll"):
-        x = run.values(column) if column in run.data else np.array([np.nan])
-        row[f"{column}_min"], row[f"{column}_max"] = float(x.min()), float(x.max())
-    # Between the rows, too, where the file says it.
-    for way, name in ("left", "Y_max"), ("right", "Y_min"), ("up", "Z_max"):
-        row[name] = run.header.results.get(f"farthest_{way}", row[name])
-    for contact in CONTACTS:
-        row[f"peak_N_{contact}"], row[f"t_peak_{contact}"] = run.peak(contact) or (None, None)
-    for contact in ("LF", "RF"):
-        row[f"first_peak_N_{contact}"], row[f"t_first_peak_{contact}"] = run.first_peak(contact) or (None, None)
-    for side in ("left", "right"):
-        row[f"n_{side}_flange_contact"] = run.count(f"{side} flange contact")
-        row[f"n_{side}_wheel_lift_off"] = run.count(f"{side} wheel lift-off")
-    reference = drift_reference(run)
-    return row | {"drift_reference": reference, "drift": run.result("drift"),
-                  "drift_relative": run.result("drift")/(reference or np.nan)}
+    known = answers(run)
+    numbers = dict.fromkeys((*SUMMARY, *(f"t_peak_{c}" for c in CONTACTS), "t_first_peak_LF", "t_first_peak_RF", "t_unloaded",
+                             "t_pmax", "pmax_contact", "drift_reference", "steps", "end"))
+    return {"case": run.name, "exercise": run.exercise, "profiles": run.pair,
+            "model": run.setting("contact", "model") if run.formulation == "elastic" else run.formulation,
+            **{name: known[name] for name in numbers}}

@@ -26,9 +26,10 @@ from ..case import Case
 from ..geometry.outlines import Outlines, Side, run_outlines
 from ..geometry.pressures import known_patches
 from ..pressure import Patch
-from ..results.derived import SIDES, lateral_over_vertical
+from ..results.answers import answers, first_flange
+from ..results.derived import lateral_over_vertical
 from ..results.events import event_kinds
-from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, KN, quantity
+from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, KN, SIDES, quantity
 from ..results.run_data import RunData, read_data
 from .pack import CELLS, CELLS_BESIDE, pack
 
@@ -141,7 +142,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
         "derived": derived,
-        "events": events, "unlisted": unlisted(run), "firstFlange": run.first_flange(), "index": index,
+        "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answers(run)), "index": index,
         "shape": shapes.index(shape) if shape else None, "clearance": number(run.result("clearance_left")),
         "namelist": namelist_text(run),
     }
@@ -189,8 +190,9 @@ def derived_values(run: RunData, derived: Sequence[Mapping[str, Any]]) -> dict[s
 def event_entries(run: RunData) -> list[dict[str, Any]]:
     """What happened, in order; where the file does not say, first contacts by its forces. Largest forces too."""
     found: list[dict[str, Any]] = [{"t": event.t, "what": event.kind, "force": number(event.force)} for event in run.events]
+    known = answers(run)
     for contact, words in CONTACT_NAMES.items():
-        if not run.events and contact[1] == "F" and (t := run.first_contact(contact)) is not None:
+        if not run.events and contact[1] == "F" and (t := known[f"t_first_{contact}"]) is not None:
             found.append({"t": t, "what": f"{words} contact, by its force", "force": None})
         if peak := run.peak(contact):
             found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": number(peak[0])})

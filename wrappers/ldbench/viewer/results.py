@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ..geometry.pressures import FLANGES, full_row
+from ..geometry.pressures import FLANGES
+from ..results.answers import answers
 from ..results.header import read_header
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
-from ..results.summary import CHAOTIC_NOTE, SUMMARY, Chaotic, shown
+from ..results.summary import CHAOTIC_NOTE, SUMMARY, shown, summary_row
+from ..results.twins import Chaotic
 from .page import Page, make_page, number
 
 TITLE = "LD benchmark: single wheelset without friction, all results"
@@ -30,9 +30,9 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
 
 def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic: Chaotic | None = None) -> Page:
     """All runs, the first one shown; `variants` can be laid over the case that they are named after.
-    `chaotic` results are in italics."""
+    `chaotic` results have ranges."""
     others = [read_data(file).named(file.stem) for file in variants]
-    rows = {run: full_row(run) for run in runs}
+    rows = {run: summary_row(run) for run in runs}
     summary = [{"words": OUTCOME[key].label, "cells": [number_cell(run, row, key, chaotic or {}) for run, row in rows.items()]}
                for key in SUMMARY]
     if others:
@@ -41,15 +41,15 @@ def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic
                      patches=FLANGES)
 
 
-def cell(run: RunData, text: str, time: float | None, others: Sequence[str] = (), leaning: bool = False) -> dict[str, object]:
+def cell(run: RunData, text: str, time: float | None, others: Sequence[str] = ()) -> dict[str, object]:
     """A cell of the summary table, which opens its run at the moment at which its number holds, with other runs."""
-    return {"text": text, "run": run.name, "t": number(time), "with": others, "leaning": leaning}
+    return {"text": text, "run": run.name, "t": number(time), "with": others}
 
 
 def number_cell(run: RunData, row: dict[str, Any], key: str, chaotic: Chaotic) -> dict[str, object]:
     """The cell of a result."""
-    text, leaning = shown(row, key, chaotic)
-    return cell(run, text, None if text == "–" else moment(run, row, key), leaning=leaning)
+    text = shown(row, key, chaotic).line
+    return cell(run, text, None if text == "–" else moment(run, key))
 
 
 def cell_beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
@@ -59,20 +59,13 @@ def cell_beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
     return cell(run, words or "–", run.time[0] if mine else None, [other.name for other in mine])
 
 
-def moment(run: RunData, row: dict[str, Any], key: str) -> float | None:
+def moment(run: RunData, key: str) -> float | None:
     """Time [s] of the number of the summary that is called `key`; None for a number of no moment."""
-    what, _, end = key.rpartition("_")
-    if key.startswith("t_"):
-        return row[key]
-    if key == "F_derailment":
-        return row["t_derailment"]
-    if what.endswith("peak_N"):
-        return row[f"t_{what.removesuffix('_N')}_{end}"]
-    if what in ("pmax", "patch"):
-        return row[f"t_pmax_{end}"]
-    if key == "drift":
-        return run.time[np.nanargmax(np.abs(run.values("E_drift")))]
-    if end in ("min", "max") and what in ("Y", "Z", "roll"):
-        x = run.values(what)
-        return run.time[np.nanargmin(x) if end == "min" else np.nanargmax(x)]
-    return None
+    known = answers(run)
+    what, _, contact = key.rpartition("_")
+    if contact in FLANGES and what in ("pmax", "patch", "approach"):
+        return known[f"t_first_peak_{contact}"]
+    if what in ("first_duration", "first_impulse"):
+        return known[f"t_first_{contact}"]
+    times = key if key.startswith("t_") else "", f"t_{key}", f"t_{key.replace('_N_', '_')}", f"t_{key.removeprefix('F_')}"
+    return next((known[name] for name in times if name in known), None)

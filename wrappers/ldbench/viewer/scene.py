@@ -15,8 +15,7 @@ from ..geometry.outlines import Outlines, run_outlines, turned
 from ..plots.stretches import rows_between
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
 from ..results.contact_intervals import is_closed
-from ..results.derived import SIDES
-from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM
+from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM, SIDES
 from ..results.run_data import RunData
 from .page import checked
 

@@ -1,4 +1,4 @@
-!> The files of a run: columns, and geometry functions.
+!> The column file of a run.
 !>
 !> A column file has a line of names, comment lines about the run, a line of units, fixed-width numbers, and comment lines
 !> with the results.
@@ -6,13 +6,12 @@
 !> The names come first because numpy.genfromtxt(names=True) and pandas.read_csv(comment='#') expect them there. Both skip
 !> comment lines wherever they stand. Everything is written once, in this order, to a scratch file beside the column file.
 !> The scratch file gets the name of the column file only when it is complete.
-module files
+module column_files
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type
   use columns, only: column_type, column_width, list_columns, most_columns
   use errors, only: error_type, fatal_error
-  use geometry_functions, only: geometry_names, geometry_pitch, geometry_table, geometry_units
   use kinds, only: dp
   use motion_state, only: motion_type
   use results, only: newline
@@ -23,7 +22,7 @@ module files
   use system, only: scratch_file
   implicit none
   private
-  public :: column_file, begin_columns, finish_files, write_geometry
+  public :: column_file, begin_columns, finish_columns
 
   integer, parameter :: width = column_width
 
@@ -57,55 +56,19 @@ contains
     call columns%begin(file, about, list(:n)%name, list(:n)%unit, error)
   end subroutine begin_columns
 
-  !> Complete the column file of a run, and write the geometry functions if the case names a file for them. No file gets its
-  !> name before both files are complete.
-  subroutine finish_files(c, setup, run, columns, geometry_file, error)
+  !> Complete the column file of a run with its results, and give it its name.
+  subroutine finish_columns(c, run, columns, error)
     type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
     type(run_type), intent(in) :: run
     type(column_file), intent(inout) :: columns
-    character(*), intent(in) :: geometry_file    !! '' for none
     type(error_type), allocatable, intent(out) :: error
-    type(column_file) :: geometry
     character(:), allocatable :: results
 
     call describe_results(c, run, results)
     call columns%complete(results, error)
-    if (.not. allocated(error) .and. geometry_file /= '') call write_geometry(c, setup, geometry_file, geometry, error)
     if (.not. allocated(error)) call columns%publish(error)
-    if (.not. allocated(error) .and. geometry_file /= '') call geometry%publish(error)
     call columns%file%abandon()
-    call geometry%file%abandon()
-  end subroutine finish_files
-
-  !> Write the geometry functions over the lateral displacements at which the wheelset stands on both rails.
-  !> `publish` gives the file its name later.
-  subroutine write_geometry(c, setup, file, columns, error)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
-    character(*), intent(in) :: file
-    type(column_file), intent(inout) :: columns
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: rows(:, :)
-    character(:), allocatable :: about
-    integer :: n, last, i
-
-    call describe_setup(c, setup, about)
-    about = about//'conicity: equivalent, by harmonic linearisation, for the amplitude |Y|'
-    if (.not. setup%symmetric) about = about//' about where the mean of delta_r is 0'
-    n = max(2, int(1.2_dp*maxval(setup%side%clearance)/geometry_pitch))
-    allocate (rows(size(geometry_names), -n:n))
-    call geometry_table(setup%side, setup%centred(2), n, rows, last)
-    if (last < 2) then
-      call fatal_error(error, file//': the rigid wheelset does not stand on both rails')
-      return
-    end if
-    call columns%begin(file, about//newline, geometry_names, geometry_units, error)
-    do i = -last, last
-      if (.not. allocated(error)) call columns%write_row(rows(:, i), error)
-    end do
-    if (.not. allocated(error)) call columns%complete('', error)
-  end subroutine write_geometry
+  end subroutine finish_columns
 
   !> Begin a file: names, comments, units.
   subroutine begin(this, file, about, names, units, error)
@@ -245,4 +208,4 @@ contains
     end do
   end subroutine write_numbers
 
-end module files
+end module column_files

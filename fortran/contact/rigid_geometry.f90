@@ -1,25 +1,16 @@
 !> Rigid contact geometry of the whole wheelset: where it stands on both rails at a lateral displacement, the flange
-!> clearance, and the geometry functions that railway engineers read.
-module geometry_functions
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+!> clearance, and contact angles, rolling radii and contact points there.
+module rigid_geometry
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use root_bracket, only: bracket_type
   use contact_zones, only: is_flange, side_type
   use curve, only: curve_frame
   use station_scan, only: new_scan, scan_type, touch
   use wheel_rail_pair, only: pair_type, rolled
-  use kinds, only: dp, pi
+  use kinds, only: dp
   implicit none
   private
-  public :: clearance, conicity, rigid_contact, &
-    geometry_table, geometry_at, geometry_names, geometry_units, geometry_pitch
-
-  !> Columns of the geometry file.
-  character(*), parameter :: geometry_names(*) = [character(12) :: 'Y', 'roll', 'Z', 'angle_L', &
-    'angle_R', 'radius_L', 'radius_R', 'delta_r', 'y_L', 'z_L', 'y_R', 'z_R', 'conicity']
-  character(*), parameter :: geometry_units(*) = [character(12) :: 'm', 'rad', 'm', 'rad', &
-    'rad', 'm', 'm', 'm', 'm', 'm', 'm', 'm', '1']
-  !> Distance between the rows of the geometry file [m].
-  real(dp), parameter :: geometry_pitch = 1e-4_dp
+  public :: clearance, rigid_contact, geometry_at
 
 contains
 
@@ -157,89 +148,13 @@ contains
 
   end subroutine clearance
 
-  !> Equivalent conicity for an amplitude a by harmonic linearisation of the rolling radius difference: 1/(pi a) times the
-  !> integral over one period of (delta_r(c + a sin tau)/2) sin tau dtau.  The mean of delta_r over the period is zero
-  !> about the centre c, which is off the track's centre where left and right differ.  NaN where such a motion leaves the
-  !> range of y.
-  pure real(dp) function conicity(amplitude, y, delta_r)
-    real(dp), intent(in) :: amplitude      !! [m]
-    real(dp), intent(in) :: y(:)           !! lateral displacements, increasing, evenly spaced [m]
-    real(dp), intent(in) :: delta_r(:)     !! radius left minus right [m]
-    real(dp), parameter :: rounding = 1e-12_dp    ! largest mean where both sides are the same [m]
-    type(bracket_type) :: range
-    real(dp) :: centre, means(2)
-    integer :: iter
-
-    conicity = ieee_value(1.0_dp, ieee_quiet_nan)
-    centre = 0
-    means = period_means(centre)
-    if (abs(means(1)) > rounding) then
-      range = bracket_type(centre, means(1), centre, means(1))
-      do while (range%fb*range%fa > 0)
-        range = bracket_type(range%b, range%fb, range%b - sign(y(2) - y(1), range%fb), 0.0_dp)
-        if (range%b - amplitude < y(1) .or. range%b + amplitude > y(size(y))) return
-        means = period_means(range%b)
-        range%fb = means(1)
-      end do
-      do iter = 1, 60
-        if (abs(means(1)) <= 1e-3_dp*rounding) exit
-        centre = range%guess()
-        means = period_means(centre)
-        call range%narrow(centre, means(1))
-      end do
-    end if
-    conicity = means(2)
-
-  contains
-
-    !> Means over a period about the centre c: of delta_r [m], and of delta_r sin(tau) over the amplitude.
-    pure function period_means(c) result(means)
-      real(dp), intent(in) :: c
-      real(dp) :: means(2)
-          integer, parameter :: phases = 200   ! points of the period
-      real(dp) :: wave, position, share
-      integer :: i, j
-
-      means = 0
-      do i = 1, phases
-        wave = sin(2*pi*(i - 0.5_dp)/phases)
-        position = 1 + (c + amplitude*wave - y(1))/(y(2) - y(1))
-        j = max(1, min(int(position), size(y) - 1))
-        share = position - j
-        means = means + ((1 - share)*delta_r(j) + share*delta_r(j + 1))*[1.0_dp, wave]/[1.0_dp*phases, phases*amplitude]
-      end do
-    end function period_means
-
-  end function conicity
-
-  !> Rows -last..last of the geometry file, as far as the rigid wheelset stands on both rails; last is -1 where it stands
-  !> nowhere.
-  subroutine geometry_table(side, height, n, rows, last)
-    type(side_type), intent(in) :: side(:)  !! left, right
-    real(dp), intent(in) :: height          !! height of the axle centre at Z = 0 [m]
-    integer, intent(in) :: n                !! largest possible `last`
-    real(dp), intent(out) :: rows(:, -n:)   !! (column, -n..n)
-    integer, intent(out) :: last
-    integer :: i
-
-    call geometry_at(side, height, geometry_pitch*[(i, i=-n, n)], rows(:12, :))
-    last = -1
-    do i = 0, n
-      if (any(ieee_is_nan(rows(1, [-i, i])))) exit
-      last = i
-    end do
-    if (last < 1) return
-    do i = -last, last
-      rows(13, i) = conicity(max(abs(i), 1)*geometry_pitch, rows(1, -last:last), rows(8, -last:last))
-    end do
-  end subroutine geometry_table
-
-  !> Rows of the geometry file, without the conicity, at any y; NaN where the rigid wheelset does not stand on both rails.
+  !> Geometry functions at any y: Y, roll, Z, contact angles left and right, rolling radii, their difference, contact points y, z
+  !> left and right; NaN where the rigid wheelset does not stand on both rails.
   subroutine geometry_at(side, height, y, rows)
     type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: height         !! height of the axle centre at Z = 0 [m]
     real(dp), intent(in) :: y(:)           !! [m]
-    real(dp), intent(out) :: rows(:, :)    !! (column, y)
+    real(dp), intent(out) :: rows(:, :)    !! (12, y)
     real(dp) :: roll, z, station(2), r(2), x(2, 2), angle(2), radius(2), curvature
     integer :: i, k
     logical :: ok
@@ -259,4 +174,4 @@ contains
     end do
   end subroutine geometry_at
 
-end module geometry_functions
+end module rigid_geometry

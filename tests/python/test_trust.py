@@ -1,0 +1,284 @@
+"""How far answers are to be trusted: changes are those of plain runs, and what is printed and drawn is what they say."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ldbench
+import shapes
+from ldbench import Case, Profile, Trust
+from ldbench.__main__ import main
+from ldbench.results.twins import TWINS, is_chaotic, twin_cases
+from ldbench.table import ContactTable
+from ldbench.trust.variations import variations
+
+COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
+THROWN = Case.exercise(2, "aw").replace(**COARSE, table_file="")
+PEAK = "first_peak_N_LF"
+
+
+@pytest.fixture(scope="module")
+def found() -> Trust:
+    return THROWN.trust()
+
+
+@pytest.mark.parametrize(("cause", "changes", "exact"), [
+    ("mass + 1 %", {"mass": 1.01*1568.0}, True),
+    ("vY + 1 %", {"vY": 1.01*0.5}, True),
+    ("gauge + 0.1 mm", {"gauge": 1.4352}, True),
+    ("table accuracy 0.004", {"accuracy": 4e-3}, True),
+    ("youngs_modulus + 1 %", {"youngs_modulus": 1.01*2.1e11}, False),
+    ("poisson + 1 %", {"poisson": 1.01*0.28}, False),
+], ids=lambda x: x if isinstance(x, str) else "")
+def test_a_change_is_that_of_two_plain_runs(cause: str, changes: dict[str, float], exact: bool, found: Trust):
+    """A modulus changes by way of masses and loads: its own contact table gives the same, up to rounding."""
+    before, after = ldbench.run(THROWN), ldbench.run(THROWN.replace(**changes))
+    for name in PEAK, "first_duration_LF", "t_first_RF", "first_peak_N_RF", "farthest_left", "F_limit_left":
+        one = found.answers[name]
+        assert one.value == before.results[name]
+        expected = after.results[name] - before.results[name]
+        near = (0.0, 0.0) if exact else (1e-3, 1e-7*abs(one.value))
+        assert one.causes.get(cause, 0.0) == pytest.approx(expected, rel=near[0], abs=near[1])
+
+
+def test_inputs_that_matter(found: Trust):
+    """Every input that is not zero is varied; those are named that change nothing."""
+    varied = {cause.partition(" ")[0] for kind, cause in found.variations if kind == "input"}
+    assert varied == {"mass", "roll_inertia", "rolling_radius", "back_to_back", "vertical_load", "gauge", "gauge_depth",
+                      "youngs_modulus", "poisson", "vY", "roll_rate"}
+    assert found.without_effect == ("pitch_inertia + 1 %", "shear_modulus + 1 %", "vX + 1 %", "pitch_rate + 1 %")
+    same = ldbench.run(THROWN.replace(pitch_inertia=2*THROWN.pitch_inertia, shear_modulus=7e10)).results
+    assert same[PEAK] == found.answers[PEAK].value
+
+
+def test_twins(found: Trust):
+    """Eight starts to either side; the largest of their changes is one cause."""
+    assert len(TWINS) == 8 and sorted(TWINS) == sorted(-x for x in TWINS)
+    assert (min(map(abs, TWINS)), max(map(abs, TWINS))) == (1e-9, 3e-6)
+    assert [twin.initial_Y for twin in twin_cases(THROWN.replace(initial_Y=1e-3))] == [1e-3 + shift for shift in TWINS]
+    one = found.answers["t_first_LF"]
+    own = [ldbench.run(twin).results["t_first_LF"] for twin in twin_cases(THROWN)]
+    assert list(one.twins) == own
+    assert abs(one.causes["start, within 3 µm"]) == max(abs(x - one.value) for x in own)
+
+
+def made(own: dict[str, list[float]], kinds: list[str]) -> Trust:
+    """A finding with these values of the case and its variations; a twin is called so, another cause by its place."""
+    named = tuple((kind, kind if kind == "twin" else f"{kind} {k}") for k, kind in enumerate(kinds, 1))
+    return Trust("made", "", named, {name: tuple(values) for name, values in own.items()}, {}, (), ())
+
+
+def test_statistics():
+    """By hand: medians and ranges, inputs to either side, causes in order."""
+    kinds = ["twin", "twin", "accuracy", "influence", "input", "input", "smoothing"]
+    one = made({PEAK: [100.0, 100.02, 99.99, 101.0, 97.0, 110.0, 99.0, 104.0]}, kinds).answers[PEAK]
+    assert (one.value, one.median, one.low, one.high) == (100, 100, 97, 101)
+    assert (one.low_inputs, one.high_inputs, one.chaotic) == (90, 110, False)
+    assert list(one.causes) == ["input 5", "smoothing 7", "influence 4", "accuracy 3", "input 6", "twin"]
+    assert one.causes["twin"] == pytest.approx(0.02) and one.causes["influence 4"] == -3
+    assert one.main_causes() == {name: change for name, change in one.causes.items() if name != "twin"} | {
+        "others": pytest.approx(0.02)}
+    assert "    causes: input 5: +10 %; smoothing 7: +4 %; influence 4: −3 %; accuracy 3: +1 %; input 6: −1 %;" in [*one.lines()]
+
+
+def test_a_chaotic_answer_says_so():
+    kinds = ["twin", "twin", "twin", "input"]
+    one = made({"t_return": [1.0, 1.2, 0.9, 0.8, 1.5]}, kinds).answers["t_return"]
+    assert one.chaotic and one.causes["twin"] == pytest.approx(0.2)
+    assert (one.low_inputs, one.high_inputs) == (0.8, 1.5), "an input counts to one side where nothing is in proportion"
+    first, _, twins, *_ = one.lines()
+    assert first == "return to the centre after both flanges: 1.000000 s, chaotic: one sample"
+    assert twins == "    its twins: median 0.900000, 0.800000 to 1.200000; 3 of 3 have it"
+
+
+def test_an_answer_that_comes_or_goes():
+    """It stands before all others; numbers are those of the runs that have it."""
+    nan = np.nan
+    found = made({"t_return": [1.0, 1.0, nan, 1.5], PEAK: [nan, nan, 5.0, nan]}, ["twin", "input", "input"])
+    goes, comes = found.answers["t_return"], found.answers[PEAK]
+    assert goes.causes == {"input 2": np.inf, "input 3": 0.5} and not goes.chaotic and goes.high_inputs == 1.5
+    assert comes.causes == {"input 2": np.inf} and np.isnan(comes.median)
+    assert any("input 2: makes it go; input 3: +50 %" in line for line in goes.lines())
+    assert any("input 2: makes it come" in line for line in comes.lines())
+    assert [one.name for one in found.shown()] == ["t_return"]
+    assert not is_chaotic(PEAK, nan, [nan, nan]) and is_chaotic(PEAK, 1.0, [1.0, nan]) and is_chaotic(PEAK, nan, [1.0, nan])
+    assert not is_chaotic("farthest_left", 0.0, [3e-6]) and is_chaotic("t", 0.0, [3e-6])
+
+
+def test_a_ramp_is_chaotic():
+    """Exercise 5, pushed fast: bounces until it derails, at another force from every start, below a limit that all share."""
+    case = Case.exercise(5, "aw").replace(**COARSE, table_file="", lateral_ramp=3e5, t_end=2.0, dt=5e-5)
+    found = case.trust()
+    one = found.answers["F_derailment"]
+    assert one.chaotic and one.name in [shown.name for shown in found.shown()]
+    forces = [ldbench.run(twin).results["F_derailment"] for twin in twin_cases(case)]
+    assert list(one.twins) == forces and max(forces) > 1.002*min(forces)
+    assert f"{len(forces)} of 8 have it" in " ".join(found.lines())
+    assert not found.answers["F_limit_left"].chaotic and not found.answers["t_first_LF"].chaotic
+    assert "lateral_ramp + 1 %" in [cause for _, cause in found.variations]
+
+
+def test_rigid_contacts():
+    """They have no table, no influences and no modulus; a restitution of 1 is lowered."""
+    case = THROWN.replace(formulation="unilateral", t_end=0.1, stop_at="t_end")
+    found = case.trust(laws=True)
+    assert {kind for kind, _ in found.variations} == {"twin", "input"}
+    assert "restitution − 1 %" in [cause for _, cause in found.variations]
+    assert {"youngs_modulus + 1 %", "poisson + 1 %"} <= set(found.without_effect)
+    assert found.notes == ("laws: contacts are unilateral, which have none",)
+    lower = ldbench.run(case.replace(restitution=0.99)).results["turn_impulse_LF"]
+    one = found.answers["turn_impulse_LF"]
+    assert one.causes["restitution − 1 %"] == lower - one.value != 0
+
+
+def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
+    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3)
+    listed, notes = variations(case, True, tmp_path)
+    cases = {one.name: one.case for one in listed}
+    assert {name: one.influence for name, one in cases.items() if name.startswith("influence")} == {
+        "influence local": "local", "influence apart": "apart"}
+    assert {name: one.model for name, one in cases.items() if name.startswith("law")} == {
+        "law strip": "strip", "law hertz": "hertz"}
+    assert [cases[f"table accuracy {x}"].accuracy for x in ("0.0015", "0.006")] == [1.5e-3, 6e-3] and notes == []
+    # Apart from the cause, each is the case itself.
+    for name, one in cases.items():
+        changed = [x for x, y in zip(one.values, case.values, strict=True) if x != y]
+        assert len(changed) == 1 or name.startswith(("youngs_modulus", "poisson")), name
+    assert not any(one.kind in ("influence", "law") for one in variations(THROWN, False, tmp_path)[0])
+
+
+def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A noisy wheel is smoothed by half and by twice as much; a file that was written smoothed names what is missing."""
+    monkeypatch.chdir(tmp_path)
+    noisy = shapes.noisy(shapes.with_faces(shapes.shape("awprof")), 0.01, 3)
+    Path("wheel.whl").write_text(shapes.old_miniprof(noisy, "wheel"))
+    case = THROWN.replace(wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
+    found = case.trust()
+    smoothing = Profile("wheel.whl").smoothing
+    assert 0.005 < smoothing < 0.02
+    causes = [cause for kind, cause in found.variations if kind == "smoothing"]
+    assert causes == [f"smoothing of the wheel wheel.whl {1e3*factor*smoothing:.2g} µm" for factor in (0.5, 2)]
+    Profile("wheel.whl", smoothing=2*smoothing).write("smoother.yz")
+    twice = ldbench.run(case.replace(wheel_profile="smoother.yz")).results[PEAK]
+    one = found.answers[PEAK]
+    assert one.causes[causes[1]] == twice - one.value != 0
+    assert one.low <= one.value <= one.high and one.low_inputs <= twice <= one.high_inputs
+    Profile("wheel.whl").write("written.yz")
+    listed, notes = variations(case.replace(wheel_profile="written.yz"), False, tmp_path)
+    assert not any(one.kind == "smoothing" for one in listed)
+    assert len(notes) == 1 and f"smoothing of written.yz: {smoothing:.4f} mm" in notes[0]
+
+
+def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Beside that of the case: a second call builds none, and another folder gets none."""
+    monkeypatch.chdir(tmp_path)
+    case = THROWN.replace(table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
+    tables: list[ContactTable] = []
+    own = ContactTable._own
+
+    def noting(table: ContactTable, *given: object) -> None:
+        own(table, *given)      # type: ignore[arg-type]
+        tables.append(table)
+
+    monkeypatch.setattr(ContactTable, "_own", noting)
+    once = case.trust()
+    built = [table for table in tables if not table.found]
+    assert len(built) > 5 and Path("outputs/own.table").is_file()
+    assert len(list(Path("outputs/.ldbench").glob("own_*.table"))) == len({table.case.table_file for table in built}) - 1
+    tables.clear()
+    assert case.trust() == once and all(table.found for table in tables)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["outputs"]
+
+
+def test_json_is_the_whole(found: Trust, tmp_path: Path):
+    """What is read from it says the same, whatever happens in the runs; something else is refused."""
+    for one in found, made({"t_return": [1.0, np.nan, 2.0]}, ["twin", "input"]):
+        text = one.json(tmp_path/"trust.json")
+        assert (tmp_path/"trust.json").read_text(encoding="utf-8") == text + "\n"
+        again = Trust.of_facts(json.loads(text))
+        assert again.facts() == one.facts() and again.lines(True) == one.lines(True)
+    told = json.loads(found.json())["answers"][PEAK]
+    assert (told["value"], told["unit"]) == (found.answers[PEAK].value, "N") and told["causes"] == dict(found.answers[PEAK].causes)
+    for damaged in {}, {"answers": 3}, [], {"answers": {"t": {"value": "x", "values": []}}}:
+        with pytest.raises(ldbench.Error, match="expected the JSON"):
+            Trust.of_facts(damaged)
+
+
+def test_frame(found: Trust):
+    frame = found.to_frame()
+    assert list(frame.index) == [one.name for one in found.shown()] and PEAK in frame.index
+    assert frame.loc[PEAK, "mass + 1 %"] == found.answers[PEAK].causes["mass + 1 %"]
+    assert frame.loc[PEAK, "value"] == found.answers[PEAK].value and frame.loc[PEAK, "unit"] == "N"
+    assert len(found.to_frame(True)) > len(frame)
+    assert "peak N, first contact, left flange" in found._repr_html_()
+
+
+def test_bars_are_the_causes(found: Trust):
+    """In %, the largest at the top; bars that stand for nothing are none."""
+    figure, = found.plot()
+    axes = {ax.get_title(loc="left").partition("\n")[0]: ax for ax in figure.axes}
+    for one in found.shown():
+        ax = axes[one.quantity.short or one.quantity.words]
+        names = [label.get_text() for label in ax.get_yticklabels()]
+        widths = [bar.get_width() for bar in ax.patches]
+        assert 1 < len(widths) <= 9 and ax.yaxis_inverted()
+        for name, width in zip(names, widths, strict=True):
+            if name != "others":
+                assert width == pytest.approx(100*one.causes[name]/one.value, rel=1e-12)
+        assert [n for n in names if n != "others"] == list(one.causes)[:len(names) - 1]
+        everything = sum(map(abs, one.causes.values()))
+        assert sum(map(abs, widths)) == pytest.approx(100*everything/one.value)
+
+
+def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], undrawn: None, found: Trust):
+    """It prints what `lines` says, or JSON alone, and names the files that it writes."""
+    monkeypatch.chdir(tmp_path)
+    THROWN.to_namelist("case.nml")
+    assert main(["trust", "case.nml", "--json", "found.json", "--picture", "found.png"]) == 0
+    assert capsys.readouterr().out == "\n".join([*found.lines(), "found.json", "found.png"]) + "\n"
+    assert Path("found.json").read_text(encoding="utf-8") == found.json() + "\n" and Path("found.png").is_file()
+    assert main(["trust", "case.nml", "--json", "-", "-q"]) == 0
+    assert capsys.readouterr() == (found.json() + "\n", "")
+    assert max(len(line) for line in found.lines(True)) <= 100
+
+
+def test_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    THROWN.replace(dt=1e-4, t_end=0.01).to_namelist("case.nml")
+    for words, said in ((["none.nml"], "none.nml"), (["case.nml", "--picture", "a.txt"], "expected a picture"),
+                        (["case.nml", "--json", "case.nml"], "a file of its own"), (["case.nml", "-j", "0"], "a number from 1"),
+                        (["case.nml", "--json", "nowhere/a.json"], "a folder that is there"),
+                        (["case.nml", "--set", "wheel_profile=none.yz"], "none.yz")):
+        assert main(["trust", *words]) in (1, 2)
+        told = capsys.readouterr()
+        assert told.out == "" and told.err.startswith("ldbench: error: ") and told.err.count("\n") == 1 and said in told.err
+    with pytest.raises(ValueError, match="at least one thread, found 0"):
+        THROWN.trust(jobs=0)
+
+
+def test_progress_and_a_stop():
+    """The share grows to 1; what `progress` raises ends the work."""
+    case = THROWN.replace(t_end=0.01, stop_at="t_end")
+    told: list[float] = []
+    case.trust(progress=lambda stage, share: told.append(share))
+    assert told == sorted(told) and told[-1] == 1 and len(told) > 20
+
+    def stop(stage: str, share: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        case.trust(progress=stop)
+
+
+def test_a_variation_that_cannot_run_is_named():
+    """A start whose flange is pressed nearly as deep as the table goes: 1 % further is too deep, and fails alone."""
+    case = THROWN.replace(Y=0.01255, t_end=2e-3, stop_at="t_end")
+    found = case.trust()
+    assert list(found.failed) == ["Y + 1 %"] and "expected penetrations within it" in found.failed["Y + 1 %"]
+    assert any(line.startswith("failed: Y + 1 %: ") for line in found.lines())
+    assert "Y + 1 %" not in [cause for _, cause in found.variations] and PEAK in found.answers
+    with pytest.raises(ldbench.Error, match="expected penetrations within it"):
+        case.replace(Y=1.01*0.01255).trust()
