@@ -43,11 +43,13 @@ function link(context, {moments}) {
   return moments.map(({t, names, view}) => address.link(t, names, view));
 }
 
-// What is known of columns at some times, as [low, high]: of the first of these runs, {facts, body}; of two runs, of their difference.
+// What is known of columns at some times, as [low, high]: of a run, {facts, body}, or of the difference of two.
 async function read(context, {runs, names, times}) {
   const [Run, readRun] = ["Run", "readRun"].map(name => vm.runInContext(name, context));
-  const [first, other] = await Promise.all(runs.map(async ({facts, body}, k) => new Run(facts, k, await readRun(facts.index, body))));
-  const readings = name => times.map(t => other ? other.reading(name, t).above(first.reading(name, t)) : first.reading(name, t));
+  const [first, other] = await Promise.all(runs.map(async ({facts, body}, k) =>
+    new Run(facts, k, await readRun(facts.index, body))));
+  const readings = name => times.map(t =>
+    other ? other.reading(name, t).above(first.reading(name, t)) : first.reading(name, t));
   return Object.fromEntries(names.map(name => [name, readings(name).map(({low, high}) => [low, high])]));
 }
 

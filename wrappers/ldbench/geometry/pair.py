@@ -58,7 +58,7 @@ class Pair:
                 level, rolled = (round(x, 3) + 0.0 for x in (level, rolled))        # without a minus before 0.000
                 found.append(f"{label}: level {level:.3f}, with roll {rolled:.3f}")
         for side, zones in self.zones.items():
-            where = "" if left == right else f"{side} "
+            where = "" if self.clearance[0] == self.clearance[1] else f"{side} "
             found += [f"{where}zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
                       f"angle {DEG*alpha:.1f}°" for first, last, flange, alpha in zones if where or side == "left"]
         return found

@@ -35,8 +35,8 @@ from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
-    "decode reading series derived parts labels views scene pressure axes chart export hover picker panel values events runs player "
-    "address keys page").split()]
+    "decode reading series derived parts labels views scene pressure axes chart export hover picker panel values events runs "
+    "player address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
 LEVELS = 99                 # of a pressure and of half a width, from 0 to the largest
@@ -161,8 +161,8 @@ def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def derived_columns(columns: Collection[str]) -> list[dict[str, Any]]:
-    """What the page makes of the forces of a run that has these columns: L/V, vertical and lateral force of the rail on each wheel,
-    and sums over all contacts. Each is `sign` times the sum of the columns `of`, over the sum of those in `over` if there are any."""
+    """What the page makes of the forces of a run that has these columns: L/V, vertical and lateral force of the rail on each
+    wheel, and sums over all contacts. Each is `sign` times the sum of the columns `of`, over the sum of those in `over`, if any."""
     def entry(name: str, words: str, kind: str, contacts: Sequence[str], over: str = "", sign: float = 1.0) -> dict[str, Any]:
         unit, si, scale = ("", "1", 1.0) if over else ("kN", "N", KN)
         return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign,

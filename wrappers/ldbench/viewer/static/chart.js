@@ -96,7 +96,8 @@ class Chart {
     const {run, column} = line, across = run.column(this.over) ?? {unit: "", scale: NaN, words: this.over};
     const every = [column.name, this.over].every(name => run.band(name)?.bin === 1);
     const times = every ? run.rowTimes : run.t, [a, b] = span(times, start, end);
-    const values = name => every ? middles(part(run.finest(name), start, end)) : run.exact[name]?.subarray(a, b) ?? new Float64Array(0);
+    const values = name => every ? middles(part(run.finest(name), start, end))
+      : run.exact[name]?.subarray(a, b) ?? new Float64Array(0);
     const t = values(this.over).map(x => across.scale * x), x = t.length ? values(column.name) : t;
     const {least: leftmost, most: rightmost} = extremes(1, t);
     return {line, across, times: times.subarray(a, b), leftmost, rightmost, ...extremes(column.scale, x),

@@ -78,8 +78,8 @@ function fromLevels(a, low, step, level = l => l) {
   return Float64Array.from(a, q => q > 0 ? low + step * level(q - 1) : NaN);
 }
 
-// Decode everything that is kept of a run: {t, exact: {name: values}, rowTimes, tracks: {name: values}, bands: {name: limits in bins of
-// so many rows}, bin: rows in most bins}.
+// Decode everything that is kept of a run: {t, exact: {name: values}, rowTimes, tracks: {name: values of every row}, bands: {name:
+// {low, high, bin}}, bin}, where `bin` is how many rows a bin has.
 async function readRun(index, base64) {
   const reader = new Reader(await inflate(base64));
   const t = readExact(reader, index.kept), exact = {};

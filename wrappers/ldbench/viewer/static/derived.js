@@ -1,4 +1,5 @@
-// Columns that are made of other columns: those of derived_columns in page.py, and sums, differences, products and ratios of any two.
+// Columns that are made of other columns: those of derived_columns in page.py, and sums, differences, products and ratios of any
+// two.
 
 const DERIVED_GROUP = "derived";
 const LONGEST = 200;            // characters of a name in an expression
@@ -6,12 +7,9 @@ const SIGNS = {"+": "+", "-": "−", "*": "·", "/": "/"};
 
 // Sums of forces, and ratios of two sums where the divisor is positive; page.py has the limits of them for a long run.
 function addDerived(run) {
-  const sum = forces => forces.reduce((a, b) => a + b, 0);
-  for (const {of, over, sign, ...column} of run.derived)
-    addColumn(run, column, [...of, ...over], (...forces) => {
-      const top = sign * sum(forces.slice(0, of.length)), bottom = over.length ? sum(forces.slice(of.length)) : 1;
-      return bottom > 0 ? top / bottom : NaN;
-    });
+  const sum = forces => forces.reduce((a, b) => a + b, 0), ratio = (top, bottom) => bottom > 0 ? top / bottom : NaN;
+  for (const {of, over, sign, ...column} of run.derived) addColumn(run, column, [...of, ...over], (...forces) =>
+    ratio(sign * sum(forces.slice(0, of.length)), over.length ? sum(forces.slice(of.length)) : 1));
 }
 
 // The column of an expression such as `N_LF+N_RF`, made when it is first asked for; undefined if it is none.

@@ -34,9 +34,9 @@ function combined(sign, a, b) {
   return new Reading(Math.min(...found), Math.max(...found));
 }
 
-// A value between the rows i and i + 1: on the straight line between them, off it by what this line, drawn on, misses the rows beside
-// them that `joined` knows to follow in the file, and by the rounding of the file; without any, by what both rows differ. A curve
-// that is smooth or has one kink or jump between the rows is within. A column that stays constant is known.
+// A value between the rows i and i + 1: on the straight line between them, off it by what this line, drawn on, misses the rows
+// beside them that `joined` knows to follow in the file, and by the rounding of the file; without such rows, by what both rows
+// differ. A curve that is smooth or has one kink or jump between the rows is within. A column that stays constant is known.
 function between(t, x, i, at, joined = () => true) {
   const slope = (x[i + 1] - x[i]) / (t[i + 1] - t[i]), line = time => x[i] + slope * (time - t[i]);
   const misses = [[i - 1, i], [i + 2, i + 2]].filter(([k, second]) => k >= 0 && k < t.length && joined(second))

@@ -90,7 +90,8 @@ class Run {
     const row = indexBefore(this.rowTimes, at + SAME), here = this.limits(name, row), next = this.limits(name, row + 1);
     if (at - this.rowTimes[row] <= SAME) return here;
     if (!this.tracks[name]) return here.or(next);
-    const {low, high} = between(this.rowTimes, this.tracks[name], row, at), off = Math.max(here.high - here.low, next.high - next.low);
+    const {low, high} = between(this.rowTimes, this.tracks[name], row, at);
+    const off = Math.max(here.high - here.low, next.high - next.low);
     return new Reading(low - off, high + off);
   }
 
@@ -214,9 +215,20 @@ function thinned(bins, pixels) {
 // What to draw of a column between two times in so many pixels: points, or a band of bins, and with it the rows that are
 // kept where they are dense enough to help. Points are joined if `joined` says so, or all of them.
 function drawing(run, name, start, end, pixels) {
-  const all = part(run.finest(name), start, end), band = thinned(all, pixels);
-  if (!run.rowNumbers && band === all) return {points: exactPoints(run, name, start, end)};
-  return {band, exact: band.low.length < pixels / 2 ? exactPoints(run, name, start, end) : null};
+  return drawable(part(run.finest(name), start, end), !run.rowNumbers, pixels, () => exactPoints(run, name, start, end));
+}
+
+// The difference of a later run from the first one, in this form.
+function drawnDifference(first, other, name, start, end, pixels) {
+  const found = difference(first, other, name, start, end), whole = Boolean(found.x);
+  return drawable(whole ? asBins(found.t, found.x) : found, whole, pixels,
+                  () => whole ? found : exactDifference(first, other, name, start, end));
+}
+
+function drawable(all, whole, pixels, points) {
+  const band = thinned(all, pixels);
+  if (whole && band === all) return {points: points()};
+  return {band, exact: band.low.length < pixels / 2 ? points() : null};
 }
 
 // The bins between two times.
@@ -233,35 +245,25 @@ function exactPoints(run, name, start, end) {
           joined: run.rowNumbers ? i => run.joined(a + i) : undefined};
 }
 
-// The difference of a later run from the first one as `drawing` has a column.
-function drawnDifference(first, other, name, start, end, pixels) {
-  const found = difference(first, other, name, start, end), all = found.low ? found : asBins(found.t, found.x);
-  const band = thinned(all, pixels);
-  if (band === all && !found.low) return {points: found};
-  return {band, exact: found.low && band.low.length < pixels / 2 ? exactDifference(first, other, name, start, end) : null};
-}
-
-// The difference of a later run from the first one, at the rows of the first one between two times, as {t, x}; where a run has rows
-// that are not kept, limits of the difference, {from, to, low, high}.
+// The difference of a later run from the first one, at the rows of the first one between two times, as {t, x}; where a run has
+// rows that are not kept, the limits of the difference, {from, to, low, high}.
 function difference(first, other, name, start, end) {
   if (!first.rowNumbers && !other.rowNumbers) {
     const [a, b] = span(first.t, start, end), t = first.t.subarray(a, b), x = first.exact[name];
     return {t, x: t.map((at, i) => interpolate(other.t, other.exact[name], at) - x[a + i])};
   }
-  const mine = part(first.finest(name), start, end), theirs = other.finest(name), last = theirs.from.length - 1;
-  const low = new Float64Array(mine.low.length).fill(NaN), high = low.slice();
-  let i = 0;
-  for (let k = 0; k < low.length; k++) {
-    const from = mine.from[k] + SAME, to = mine.to[k] - SAME;
-    if (to < theirs.from[0] || from > theirs.to[last]) continue;
-    while (i < last && theirs.from[i + 1] <= from) i++;
-    const found = {low: Infinity, high: -Infinity};
-    // The bins from the one in or behind which this one begins to the one in or before which it ends.
-    for (let j = i; j === i || (j <= last && theirs.to[j - 1] < to); j++)
-      Object.assign(found, {low: Math.min(found.low, theirs.low[j]), high: Math.max(found.high, theirs.high[j])});
-    ({low: low[k], high: high[k]} = combined("-", found, {low: mine.low[k], high: mine.high[k]}));
+  const mine = part(first.finest(name), start, end), {from, to, low, high} = other.finest(name), last = from.length - 1;
+  const found = {...mine, low: mine.low.map(() => NaN), high: mine.low.map(() => NaN)};
+  for (let k = 0, i = 0; k < mine.low.length; k++) {
+    const begin = mine.from[k] + SAME, end = mine.to[k] - SAME;
+    if (end < from[0] || begin > to[last]) continue;
+    while (i < last && from[i + 1] <= begin) i++;
+    // The bins of the other run from the one in or behind which this bin begins to the one in or before which it ends.
+    let theirs = new Reading(low[i], high[i]);
+    for (let j = i; j < last && to[j] < end; j++) theirs = theirs.or(new Reading(low[j + 1], high[j + 1]));
+    ({low: found.low[k], high: found.high[k]} = combined("-", theirs, {low: mine.low[k], high: mine.high[k]}));
   }
-  return {from: mine.from, to: mine.to, low, high};
+  return found;
 }
 
 // The differences of two runs at the rows that both keep at one time.
@@ -271,7 +273,7 @@ function exactDifference(first, other, name, start, end) {
     while (j < other.t.length && other.t[j] < first.t[i] - SAME) j++;
     if (Math.abs(other.t[j] - first.t[i]) <= SAME) rows.push([i, j]);
   }
-  return {t: Float64Array.from(rows, ([i]) => first.t[i]), x: Float64Array.from(rows, ([i, j]) => other.exact[name][j] - first.exact[name][i]),
-          joined: k => rows[k][0] === rows[k - 1]?.[0] + 1 && rows[k][1] === rows[k - 1][1] + 1
-            && first.joined(rows[k][0]) && other.joined(rows[k][1])};
+  const follows = k => rows[k].every((row, which) => row === rows[k - 1][which] + 1 && [first, other][which].joined(row));
+  return {t: Float64Array.from(rows, ([i]) => first.t[i]), joined: k => k > 0 && follows(k),
+          x: Float64Array.from(rows, ([i, j]) => other.exact[name][j] - first.exact[name][i])};
 }

@@ -62,8 +62,8 @@ function atHeight(curve, z) {
   return z2 > z1 ? y1 + (y2 - y1) * (z - z1) / (z2 - z1) : y1;
 }
 
-// The least distance of some points from a curve with its body to the right, below zero inside the body: {gap, k, i, foot}, with the
-// numbers of the point and of the curve's point behind the foot. Null without a point whose foot is between the ends of the curve.
+// The least distance of some points from a curve with its body to the right, below zero inside the body: {gap, k, i, foot}, with
+// the numbers of the point and of the curve's point behind the foot. Null without a point whose foot is inside the curve's ends.
 function leastGap(points, curve) {
   let found = null;
   points.forEach(([y, z], k) => {
@@ -87,8 +87,9 @@ function finer(curve, k) {
   const found = [], at = i => curve[Math.min(Math.max(i, 0), curve.length - 1)];
   for (let i = k - 2; i < k + 2; i++)
     for (let j = 0; j < 8 && i >= 0 && i + 1 < curve.length; j++) {
-      const x = j / 8, weights = [-x + 2 * x ** 2 - x ** 3, 2 - 5 * x ** 2 + 3 * x ** 3, x + 4 * x ** 2 - 3 * x ** 3, x ** 3 - x ** 2];
-      found.push([0, 1].map(axis => weights.reduce((sum, w, n) => sum + w * at(i - 1 + n)[axis] / 2, 0)));
+      const x = j / 8, weights = [[0, -1, 2, -1], [2, 0, -5, 3], [0, 1, 4, -3], [0, 0, -1, 1]].map(([a, b, c, d]) =>
+        (a + x * (b + x * (c + x * d))) / 2);
+      found.push([0, 1].map(axis => weights.reduce((sum, weight, n) => sum + weight * at(i - 1 + n)[axis], 0)));
     }
   return found;
 }
