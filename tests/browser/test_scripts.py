@@ -72,7 +72,7 @@ def test_loads_of_wheels(world: World):
                 for side in "LR" for kind in ("LV", "Fz", "Fy")}
     assert all(np.isnan(expected[f"LV_{side}"]).sum() > 100 for side in "LR")
     expected |= {f"{kind}_sum": expected[f"{kind}_L"] + expected[f"{kind}_R"] for kind in ("Fz", "Fy")}
-    values, found = derived_values(run, derived_columns(raw.c)), read(packed(run), names=expected, times=raw.t)
+    values, found = derived_values(run, derived_columns(raw.c)), read(packed(run, 10**7), names=expected, times=raw.t)
     assert values.keys() == expected.keys() and not derived_columns(["Fy_LT", "Fy_LF"])[1:]
     for name, x in expected.items():
         for shown in values[name], *found[name]:
@@ -98,14 +98,13 @@ def test_every_row_of_a_long_run(world: World):
     assert entry["facts"]["index"]["kept"] < len(raw.t)/4
     for name, x in expected.items():
         (low, high), x = found[name], x[rows]
-        exact = low == high
-        aside = 1e-12*np.abs(x)
+        exact, there, aside = low == high, ~np.isnan(x), 1e-12*np.abs(x)
         if name in raw.c:
             np.testing.assert_array_equal(low[exact], x[exact], err_msg=name)
-            assert not np.any(np.isnan(low) & ~np.isnan(x)), name
-        assert 0.1 < exact[~np.isnan(x)].mean(), name
-        known = ~np.isnan(low) & ~np.isnan(x)
-        assert known.sum() > 0.3*np.isfinite(x).sum() and np.all((low - aside <= x) & (x <= high + aside) | ~known), name
+            assert not np.any(np.isnan(low) & there), name
+        known = ~np.isnan(low) & there
+        assert np.all((low - aside <= x) & (x <= high + aside) | ~known), name
+        assert exact[there].sum() >= 0.05*there.sum() and known.sum() >= 0.3*there.sum(), name
     assert (found["aY"][0] < found["aY"][1]).sum() > len(rows)/2
 
 
@@ -114,13 +113,14 @@ def test_difference_of_two_long_runs(world: World, tmp_path: Path):
     raw = world.pushed
     runs = [packed(run, CELLS_BESIDE) for run in (world.run("ex5_aw"), thinned(raw, tmp_path/"shorter.txt", slice(1, None)))]
     names = [name for name in raw.c if name != "time"]
-    found = read(*runs, names=[*names, *EXPRESSIONS], times=raw.t[1:])
+    rows = np.arange(1, len(raw.t), 3)
+    found = read(*runs, names=[*names, *EXPRESSIONS], times=raw.t[rows])
     for name, (low, high) in found.items():
         assert np.all((low <= 0) & (high >= 0) | np.isnan(low)), name
         if name in names:
-            np.testing.assert_array_equal(np.isnan(low), np.isnan(raw.c[name][1:]), err_msg=name)
+            np.testing.assert_array_equal(np.isnan(low), np.isnan(raw.c[name][rows]), err_msg=name)
     low, high = found["aY"]
-    assert 20 < (low == high).sum() < 0.5*len(raw.t)
+    assert 20 < (low == high).sum() < 0.5*len(rows)
 
 
 @pytest.mark.parametrize("step", [2, 5])
@@ -132,8 +132,8 @@ def test_between_rows(step: int, world: World, tmp_path: Path):
     names = "Y", "Z", "roll", "vY", "N_LF", "N_LT", "KE_lat"
     for name, (low, high) in read(packed(run), names=names, times=raw.t[out]).items():
         x = raw.c[name][out]
-        assert np.mean((low <= x) & (x <= high)) > 0.995, name
-        assert np.median(high - low) < 0.06*np.ptp(x) and np.all(low[low == high] == x[low == high]), name
+        assert np.mean((low <= x) & (x <= high)) > 0.995 and np.all(low[low == high] == x[low == high]), name
+        assert name != "Y" or np.median(high - low) < 1e-3*np.ptp(x)
 
 
 def test_readings_in_words():
