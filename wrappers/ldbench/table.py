@@ -19,7 +19,7 @@ from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, path_bytes, text, version, watched
 from ._core.errors import BadValue, Error, Warning
 from ._core.files import complete
-from ._core.wording import counted, html_table
+from ._core.wording import clearance_words, counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
@@ -310,9 +310,8 @@ class ContactTable:
 
     @property
     def clearance_words(self) -> str:
-        """'2 x 10.180', or of either side [mm]."""
-        left, right = 1e3*self.clearance, 1e3*self.clearance_right
-        return f"2 x {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+        """'left 10.180, right 10.180' [mm]."""
+        return clearance_words(self.clearance, self.clearance_right)
 
     def lines(self) -> list[str]:
         """What there is to say of the rigid and the resting wheelset and of the table's error, line by line."""

@@ -97,9 +97,9 @@ class Page {
 
   fillPose() {
     const words = this.runs.map(run => {
-      const pose = run.pose(this.t), shown = (name, key, words, unit) =>
-        run.has(name) ? [`${words} ${minus((1e3 * pose[key]).toFixed(3))} ${unit}`] : [];
-      const have = [...shown("Y", "y", "Y", "mm"), ...shown("Z", "z", "Z", "mm"), ...shown("roll", "roll", "Φ", "mrad")];
+      const at = Math.min(Math.max(this.t, run.start), run.end);
+      const have = [["Y", "Y", "mm"], ["Z", "Z", "mm"], ["roll", "Φ", "mrad"]].filter(([name]) => run.has(name))
+        .map(([name, words, unit]) => `${words} ${decimalWords(run.reading(name, at), 1e3)} ${unit}`);
       return (this.runs.length > 1 ? `${run.name}: ` : "") + (have.join(", ") || "no displacements in the file");
     });
     get("pose").textContent = words.join("; ");
@@ -214,8 +214,7 @@ class Page {
     const here = this.events.all.filter(({t}) => Math.abs(t - this.t) <= aside).map(eventWords);
     const words = [`${timeWords(this.t)} s`, ...here, get("pose").textContent];
     for (const c of Object.keys(this.facts.contacts)) {
-      const contact = this.runs[0].contact(c, this.t);
-      if (contact) words.push(`${this.facts.contacts[c]} ${kilonewtons(contact.N)}`);
+      if (this.runs[0].contact(c, this.t)) words.push(`${this.facts.contacts[c]} ${forceWords(this.runs[0], c, this.t)}`);
     }
     get("said").textContent = words.slice(0, 2).join(", ");
     get("scrub").setAttribute("aria-valuetext", words.slice(0, 1 + here.length).join(", "));
