@@ -9,7 +9,6 @@ import numpy as np
 import ldbench
 from ldbench import Case
 from ldbench._core import flat
-from ldbench.pressure import MOST_PATCHES
 from measure import Section, measure, ratio
 
 EXERCISES = 1, 2
@@ -42,7 +41,7 @@ def section() -> Section:
             "force": lambda arrays=arrays, handle=handle: len(flat.contact_values(handle, 0, 3, *arrays)[1]),
             "tangent": lambda arrays=arrays, handle=handle: len(flat.contact_values(handle, 0, 6, *arrays)[1]),
             "half-space": lambda few=few, handle=handle: len([
-                flat.pressures(handle, side, pose, 12, 48, MOST_PATCHES) for pose in few for side in (1, 2)])//2}
+                flat.pressures(handle, side, pose, 12, 48) for pose in few for side in (1, 2)])//2}
         times = np.array([[seconds_per_pose(work) for work in kinds.values()] for _ in range(3)]).T
         for kind, seconds in zip(kinds, times, strict=True):
             out.measures += [measure(case.case_name, kind, "time of an evaluation", "s", seconds),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 
@@ -93,6 +94,19 @@ def test_lifting_over_the_flange_takes_more_than_exercise_3_has():
     tip = (c.PE_grav + c.PE_load).max()
     assert 0.5*MASS*1.0**2 < 2100 < tip < 2400 < 0.5*MASS*2.0**2
     assert exercise("ex4_aw", "bilateral").results["derailed"]
+
+
+def test_energies_beside_the_climb_are_those_of_the_inputs(tmp_path: Path):
+    """Exercise 2 begins with 0.8 m/s, exercise 4 with half the mass; there is no exercise 1 or 3."""
+    for k, changes in (2, {"vY": 0.8}), (4, {"mass": MASS/2}), (5, {}):
+        Case.exercise(k, "aw").replace(**changes).to_namelist(tmp_path/f"ex{k}_aw.nml")
+    figure = Figure()
+    formulations.draw_climb(figure.add_gridspec(1, 1)[0], tmp_path)
+    [ax] = figure.axes
+    known = {"exercise 2": 0.5*MASS*0.8**2, "exercise 4": 0.5*MASS/2*2.0**2}
+    assert {text.get_text(): text.get_position()[1] for text in ax.texts} == pytest.approx(known)
+    assert [line.get_ydata()[0] for line in ax.lines[1:]] == pytest.approx([*known.values()])
+    assert known["exercise 2"] == pytest.approx(502, abs=1)
 
 
 def test_a_wheelset_rests_in_a_corner():

@@ -45,8 +45,8 @@ def assert_near(names: tuple[str, ...], core: Mapping[str, Any], rows: Mapping[s
 
 
 def assert_rows_tell(run: RunData) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Answers of the core and of the rows, which differ by no more than the rows leave open: a displacement turns between two rows by
-    what the largest acceleration makes of half the time."""
+    """Answers of the core and of the rows, which differ by no more than the rows leave open: a displacement turns between two rows
+    by what the largest acceleration makes of half the time."""
     core, rows, h = answers(run), answers(stranger(run), run.case), run.case.interval
     assert core.keys() == rows.keys()
     assert_near(TIMES, core, rows, absolute=h/20)
@@ -138,7 +138,8 @@ def test_comparison_and_collation_tell_the_same_of_a_stranger(shipped: dict[str,
         theirs = stranger(run).named("theirs")
         table = event_table([run, theirs]).set_index("quantity")
         for quantity in shared:
-            assert table.loc[quantity, "value"] == pytest.approx(table.loc[quantity, "reference"], abs=run.case.interval/2), quantity
+            known, reference = table.loc[quantity, ["value", "reference"]]
+            assert known == pytest.approx(reference, abs=run.case.interval/2), quantity
         value = numbers_of(theirs, Task(run.exercise, "aw"), [])[number].value
         assert value == pytest.approx(answers(run)[number], rel=1e-5)
         assert number != "t_return" or value == table.loc["return to the centre", "value"]

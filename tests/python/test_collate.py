@@ -134,8 +134,9 @@ def test_numbers_of_a_half_sine_are_exact():
     found = numbers_of(run, FAST, [], seconds=3.0)
     back = 0.1 - run.values("Y")[np.searchsorted(run.time, 0.1)]/0.4
     for name, expected, error in (
-            ("t_first_LF", 0.02, 1e-6), ("first_duration_LF", 0.005, 2e-6), ("first_peak_N_LF", 2e5, 2.0), ("first_impulse_LF", 2e5*0.005*2/np.pi, 6e-3),
-            ("rebound", 0.6, 1e-6), ("t_first_RF", 0.098, 1.1e-5), ("t_return", back, 2e-5), ("processor_time", 3.0, 0.0)):
+            ("t_first_LF", 0.02, 1e-6), ("first_duration_LF", 0.005, 2e-6), ("first_peak_N_LF", 2e5, 2.0),
+            ("first_impulse_LF", 2e5*0.005*2/np.pi, 6e-3), ("rebound", 0.6, 1e-6), ("t_first_RF", 0.098, 1.1e-5),
+            ("t_return", back, 2e-5), ("processor_time", 3.0, 0.0)):
         assert found[name].value == pytest.approx(expected, abs=error), name
     assert "not checked" in found["energy_error"].reason
 

@@ -30,7 +30,8 @@ def invented(delay: float = 0.0, offset: float = 0.0, dt: float = 1e-4, name: st
     columns = pd.DataFrame({"time": t, "Y": SPEED*(t - delay) + offset, "angle_LF": np.where(closed, 1.0, np.nan),
                             "N_LF": np.where(closed, 8e5*np.sin(np.pi*np.clip(since, 0, 0.004)/0.004), 0.0)})
     events = Event(TOUCH + delay, "left flange contact"), Event(TOUCH + delay + 0.01, "centre passage")
-    return invented_run(columns, f"{name}.txt", header=Header(events=events))
+    results = {"end": "t_end", "t_first_LF": TOUCH + delay}
+    return invented_run(columns, f"{name}.txt", header=Header(results=results, events=events))
 
 
 def test_known_shift_is_found_and_taken_out():
@@ -92,7 +93,8 @@ HEADER = "# ldbench 1.0.0\n# &case\n#   name = 'mine'\n# /\n# &setup\n" + "".joi
 def write_files(folder: Path) -> None:
     """A file with the least that makes it one of ours, and one of another code: its own names, mm and kN, Y to the right."""
     names, _, rows = invented().data[["time", "Y", "N_LF"]].to_string(index=False, float_format="%.12e").partition("\n")
-    (folder/"mine.txt").write_text(f"{names}\n{HEADER}{rows}\n# &results\n#   end = 't_end'\n# /\n")
+    results = "# &results\n#   end = 't_end'\n#   t_first_LF = 0.02\n#   peak_N_LF = 8e5\n# /\n"
+    (folder/"mine.txt").write_text(f"{names}\n{HEADER}{rows}\n{results}")
     late = invented(delay=0.003).data
     theirs = {"t [s]": late.time, "ylat [mm]": -1e3*late.Y, "nfl [kN]": 1e-3*late.N_LF}
     pd.DataFrame(theirs).to_csv(folder/"theirs.csv", index=False)

@@ -19,6 +19,7 @@ from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench.report import abstract, formulations, submission
 from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
+from ldbench.results.answers import answers
 from ldbench.results.run_data import read_data
 from ldbench.results.summary import summary_row
 from running import CASES, REPO
@@ -137,7 +138,7 @@ def outcomes(world: World) -> list[formulations.Outcome]:
 def test_values_of_formulations_stand_under_their_pair(world: World):
     """Each value in the row of its result and in the column of its pair and formulation."""
     both = [replace(one, case=name) for name in ("ex2_aw", "ex2_sw") for one in outcomes(world) if one.exercise == 2]
-    found = [replace(one, results={**one.results, "Y_max": 1e-3*(k + 1)}) for k, one in enumerate(both)]
+    found = [replace(one, results={**one.results, "farthest_left": 1e-3*(k + 1)}) for k, one in enumerate(both)]
     texts = formulations.values_page(found).axes[0].texts
     row = next(text.get_position()[1] for text in texts if text.get_text() == "largest Y [mm]")
     cells = sorted((text.get_position()[0], text.get_text()) for text in texts if text.get_position()[1] == row)
@@ -171,7 +172,7 @@ def test_a_ramp_is_computed_again_and_derails_at_one_load(tmp_path: Path):
     whole = read_data(job.product)
     first, hardest = submission.first_and_hardest(whole)
     assert hardest.start < whole.peak("LF")[1] < hardest.start + hardest.run.time[-1]
-    assert first.start < whole.first_contact("LF") < first.start + first.run.time[-1]
+    assert first.start < answers(whole)["t_first_LF"] < first.start + first.run.time[-1]
     for stretch in (first, hardest):
         assert np.diff(stretch.run.time).max() < 2.1e-5 and stretch.start in whole.time
         rows = (whole.time >= stretch.start) & (whole.time <= stretch.start + stretch.run.time[-1])

@@ -11,8 +11,10 @@ import ldbench
 import shapes
 from ldbench import Case, Profile, Trust
 from ldbench.__main__ import main
+from ldbench.report.trusted import kept_trusts
 from ldbench.results.twins import TWINS, is_chaotic, twin_cases
 from ldbench.table import ContactTable
+from ldbench.trust.page import report_pages
 from ldbench.trust.variations import variations
 
 COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
@@ -91,7 +93,7 @@ def test_a_chaotic_answer_says_so():
     assert (one.low_inputs, one.high_inputs) == (0.8, 1.5), "an input counts to one side where nothing is in proportion"
     first, _, twins, *_ = one.lines()
     assert first == "return to the centre after both flanges: 1.000000 s, chaotic: one sample"
-    assert twins == "    its twins: median 0.900000, 0.800000 to 1.200000; 3 of 3 have it"
+    assert twins == "    run and twins: median 0.950000, 0.800000 to 1.200000; 4 of 4 have it"
 
 
 def test_an_answer_that_comes_or_goes():
@@ -116,7 +118,9 @@ def test_a_ramp_is_chaotic():
     assert one.chaotic and one.name in [shown.name for shown in found.shown()]
     forces = [ldbench.run(twin).results["F_derailment"] for twin in twin_cases(case)]
     assert list(one.twins) == forces and max(forces) > 1.002*min(forces)
-    assert f"{len(forces)} of 8 have it" in " ".join(found.lines())
+    assert "9 of 9 have it" in " ".join(found.lines())
+    told = np.median([one.value, *forces])
+    assert any(f"run and twins: median {1e-3*told:.1f}, " in line for line in one.lines())
     assert not found.answers["F_limit_left"].chaotic and not found.answers["t_first_LF"].chaotic
     assert "lateral_ramp + 1 %" in [cause for _, cause in found.variations]
 
@@ -150,12 +154,27 @@ def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
     assert not any(one.kind in ("influence", "law") for one in variations(THROWN, False, tmp_path)[0])
 
 
+def test_half_spaces():
+    """Influence, pressures and static limit: changes are those of plain runs; a modulus by way of masses scales pressures, too."""
+    case = THROWN.replace(model="halfspace", n_lateral=20, n_roll=5, n_depth=5, t_end=0.03, stop_at="t_end")
+    found = case.trust()
+    before = ldbench.run(case).results
+    for cause, changes in {"influence flat": {"influence": "flat"}, "youngs_modulus + 1 %": {"youngs_modulus": 1.01*2.1e11},
+                           "rolling_radius + 1 %": {"rolling_radius": 1.01*0.457}}.items():
+        after = ldbench.run(case.replace(**changes)).results
+        for name in "pmax", PEAK, "patch_LF", "approach_LF", "F_limit_left":
+            one = found.answers[name]
+            assert one.value == before[name]
+            assert one.causes.get(cause, 0.0) == pytest.approx(after[name] - before[name], rel=1e-3, abs=1e-7*abs(one.value))
+    assert found.answers["pmax"].causes["youngs_modulus + 1 %"] > 0.005*found.answers["pmax"].value
+
+
 def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A noisy wheel is smoothed by half and by twice as much; a file that was written smoothed names what is missing."""
     monkeypatch.chdir(tmp_path)
     noisy = shapes.noisy(shapes.with_faces(shapes.shape("awprof")), 0.01, 3)
     Path("wheel.whl").write_text(shapes.old_miniprof(noisy, "wheel"))
-    case = THROWN.replace(wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
     found = case.trust()
     smoothing = Profile("wheel.whl").smoothing
     assert 0.005 < smoothing < 0.02
@@ -175,7 +194,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Beside that of the case: a second call builds none, and another folder gets none."""
     monkeypatch.chdir(tmp_path)
-    case = THROWN.replace(table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
     tables: list[ContactTable] = []
     own = ContactTable._own
 
@@ -257,6 +276,29 @@ def test_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytes
         assert told.out == "" and told.err.startswith("ldbench: error: ") and told.err.count("\n") == 1 and said in told.err
     with pytest.raises(ValueError, match="at least one thread, found 0"):
         THROWN.trust(jobs=0)
+
+
+def test_pages_of_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A page for each pair, with first peak and return of each exercise that may return, by its bars; kept for next time."""
+    monkeypatch.chdir(tmp_path)
+    Path("inputs").mkdir()
+    for number, changes in (1, {"t_end": 0.2}), (2, {}), (5, {"t_end": 0.1}):
+        case = Case.exercise(number, "aw").replace(**COARSE, table_file="", **changes)
+        case.to_namelist(f"inputs/ex{number}_aw.nml")
+    found = kept_trusts(Path("inputs"), Path("outputs"), 2)
+    assert [one.case for one in found] == ["ex1_aw", "ex2_aw"]
+    (words, page), = report_pages(found)
+    assert words == "actual profiles"
+    drawn = {ax.get_title(loc="left").partition("\n")[0]: ax for ax in page.axes if ax.axison}
+    assert set(drawn) == {"ex1_aw, first peak of the left flange", "ex2_aw, first peak of the left flange",
+                          "ex2_aw, return to the centre"}, "exercise 1 ends before it returns"
+    for one, name, words in (found[0], PEAK, "first peak of the left flange"), (found[1], "t_return", "return to the centre"):
+        answer, ax = one.answers[name], drawn[f"{one.case}, {words}"]
+        cause, change = next(iter(answer.causes.items()))
+        assert ax.get_yticklabels()[0].get_text() == cause
+        assert ax.patches[0].get_width() == pytest.approx(100*change/answer.value)
+    monkeypatch.setattr("ldbench.report.trusted.trust", None)
+    assert [one.facts() for one in kept_trusts(Path("inputs"), Path("outputs"), 2)] == [one.facts() for one in found]
 
 
 def test_progress_and_a_stop():

@@ -10,7 +10,6 @@ import pytest
 
 import ldbench
 from ldbench.plots.style import ldbench_style
-from ldbench.report import formulations
 from ldbench.report.compare import comparison_figures, impact_pages
 from ldbench.report.differences import compare
 from ldbench.report.study import make_study
@@ -20,14 +19,6 @@ from specimen import World
 from table import COLUMNS, CONTACTS, DEG, KN, MM, WORDS
 
 RUN, ROUGH = r"\bex\d_aw\b", r"\d+ impacts have fewer than 6 rows"       # test_impacts_of_few_rows_are_counted
-
-
-def test_highest_to_the_left_is_before_the_right_flange(world: World):
-    """The page of formulations tells the right moment, in a run that rises higher later."""
-    raw = world.faster
-    left = raw.t <= raw.start("RF")
-    assert raw.c["Z"].max() > 1.2*raw.c["Z"][left].max()
-    assert formulations.outcome(world.run("ex3_aw"), "elastic").results["climb"] == pytest.approx(raw.c["Z"][left].max(), rel=1e-9)
 
 
 def difference(a: Raw, b: Raw, column: str) -> np.ndarray:

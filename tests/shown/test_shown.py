@@ -199,7 +199,7 @@ def test_abstract(world: World):
         Line(r"agrees within about (\S+) %", "first contacts [%]",
              lambda w: max(spread(shown("first left flange contact", k)) for k in (2, 5)), 0.02),       # from four digits
         Line(r"this contact differs by up to (\S+) %", "impulses [%]",
-             lambda w: spread(shown("impulse of the first left flange contact"))),
+             lambda w: spread(shown("impulse until the wheelset moves back, left flange"))),
         Line(r"lateral force of (\S+) kN \(ex5_aw\) on", "a rail pulls [kN]",
              lambda w: shown("lateral force from which a rail pulls", 5)[1]),
         Line(r"ex2_aw (\S+) s (\S+) s does not return does not return does not return", "returns [s]", lambda w: back[:2]),
@@ -216,7 +216,8 @@ def impulse_of(raw: Raw) -> float:
     blows = raw.c.get("P_LF", np.zeros(len(raw.t)))
     touched = int(np.argmax((raw.c["N_LF"] > 1) | (blows > 0)))
     end = touched + int(np.argmax(raw.c["vY"][touched:] < 0))
-    return float(trapezoid(raw.c["N_LF"][:end + 1], raw.t[:end + 1]) + blows[end])
+    until = [float(trapezoid(raw.c["N_LF"][:k + 1], raw.t[:k + 1]) + blows[k]) for k in (end - 1, end)]
+    return until[1] if blows[end] > blows[end - 1] else float(np.interp(0.0, -raw.c["vY"][end - 1:end + 1], until))
 
 
 @pytest.mark.parametrize(("column", "changes"), [
@@ -228,19 +229,20 @@ def test_values_of_formulations(column: int, changes: dict[str, object], world: 
     case = ldbench.Case.from_namelist(world.folder/"inputs/ex2_aw.nml").replace(table_file="", **changes)
     raw = Raw(Path(ldbench.run(case).write(tmp_path/"run.txt"))) if changes else world.thrown
     blows = raw.c.get("P_LF", np.zeros(len(raw.t)))
-    left, returned = raw.t <= table.first_touch(raw, "RF"), len(raw.passages()) > 1
+    returned = len(raw.passages()) > 1
     assert returned or summary_row(ldbench.read_run(raw.file))["t_return"] is None
     truths = {
         "first left flange contact [s]": table.first_touch(raw, "LF"), "largest Y [mm]": MM*raw.extreme("Y", 1),
-        "highest, to the left [mm]": MM*raw.c["Z"][left].max(),
-        "impulse of the first left flange contact [kN·s]": KN*impulse_of(raw),
-        "largest force of a left flange [kN]": KN*raw.c["N_LF"].max() or None,
-        "largest impulse of a left flange [kN·s]": KN*np.diff(blows).max() or None,
-        "first right flange contact [s]": table.first_touch(raw, "RF"), "return to the centre [s]": raw.t[-1] if returned else None,
+        "largest Z [mm]": MM*raw.c["Z"].max(), "impulse until the wheelset moves back, left flange [kN·s]": KN*impulse_of(raw),
+        "peak N, left flange [kN]": KN*raw.c["N_LF"].max() or None,
+        "largest impulse, left flange [kN·s]": KN*np.diff(blows).max() or None,
+        "first right flange contact [s]": table.first_touch(raw, "RF"),
+        "return to the centre [s]": raw.passages()[-1] if returned else None,
         "energy lost [J]": raw.c["E_lost"][-1] if "E_lost" in raw.c else 0.0}
     for words, truth in truths.items():
         cell = cells(text, words)[column]
-        slack = 2e-3 if "Y" in words else 1e-5
+        # A force of rigid contacts that jumps by 200 kN between rows of 0.2 ms leaves 20 N·s of 1.6 kN·s open.
+        slack = 2e-3 if words.startswith(("largest Y", "largest Z")) else 0.013 if words.startswith("impulse") else 1e-5
         assert agree(cell, None if truth is None or np.isinf(truth) else truth, slack), (words, cell, truth)
     if not changes:
         assert int(cells(text, "lift-offs of both wheels")[0]) == raw.lift_offs("L") + raw.lift_offs("R")
@@ -249,7 +251,7 @@ def test_values_of_formulations(column: int, changes: dict[str, object], world: 
 def test_formulations(world: World):
     """How much results depend on the formulation, from the values beside; exercise 5 with elastic contact from its rows."""
     lines = []
-    for words in ("first left flange contact", "largest Y", "highest, to the left", "impulse of the first left flange contact",
+    for words in ("first left flange contact", "largest Y", "largest Z", "impulse until the wheelset moves back, left flange",
                   "first right flange contact", "return to the centre", "derailment", "lateral force at derailment"):
         shown = [np.array(shown_values(world, words, exercise)) for exercise in (2, 5)]
         known = [np.isfinite(one[0]) and np.isfinite(one[1:]).any() for one in shown]
@@ -269,7 +271,7 @@ def test_formulations(world: World):
             assert differing(text, lines if title.startswith("which") else [], world, labels) == [], title
     raw = world.pushed
     for words, truth in (
-            ("first left flange contact", raw.start("LF")), ("largest force of a left flange", KN*raw.peak("LF")[0]),
+            ("first left flange contact", raw.start("LF")), ("peak N, left flange", KN*raw.peak("LF")[0]),
             ("derailment", raw.t[-1]), ("lateral force at derailment", KN*raw.c["F_ext"][-1])):
         assert shown_values(world, words, 5)[0] == pytest.approx(truth, rel=5e-4), words
 

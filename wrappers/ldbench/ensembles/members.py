@@ -161,8 +161,9 @@ def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progr
     if isinstance(member, str):
         return {"error": member}
     try:
-        # Rows at equal intervals are common to all members.
-        return record(compute(member.replace({**files, "rows": "interval"}), progress, table), wanted)
+        # Rows at equal intervals are common to all members; without columns, each has those among which its largest pressure is.
+        rows = {"rows": "interval"} if wanted.columns else {}
+        return record(compute(member.replace({**files, **rows}), progress, table), wanted)
     except Error as error:
         return {"error": str(error)}
 

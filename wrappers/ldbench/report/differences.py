@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ from ..results.contact_intervals import ContactInterval
 from ..results.derived import is_forced
 from ..results.quantities import CONTACT_NAMES, CONTACTS, OUTCOME, SI, Quantity, quantity
 from ..results.run_data import RunData
+from ..table import placed_outlines
 from ..viewer.page import distinct
 
 GIVEN = {"time", "X", "vX", "pitch", "pitch_rate", "F_ext", "KE_long", "KE_pitch"}   # not outcomes
@@ -101,10 +103,18 @@ def event_times(run: RunData, case: Case | None = None) -> dict[str, float]:
     return first | {OUTCOME[name].short: known[name] for name in TIMES if known[name] is not None} | {"end": float(run.time[-1])}
 
 
+def placeable_case(run: RunData) -> Case | None:
+    """The case of a run; None where the file does not tell it, or where its profiles are not there."""
+    with suppress(Error):
+        placed_outlines(run.case)
+        return run.case
+    return None
+
+
 def event_table(runs: Sequence[RunData]) -> pd.DataFrame:
     """Times of events and peaks of forces in every file against the reference, SI. Files that do not tell their case have that of
     the first file that does."""
-    case = next((run.case for run in runs if run.header.settings), None)
+    case = next(filter(None, map(placeable_case, runs)), None)
     times, peaks = ([told(run, case) for run in runs] for told in (event_times, answers))
     rows = []
     for k, other in enumerate(runs[1:], 1):

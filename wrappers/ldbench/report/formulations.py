@@ -53,7 +53,8 @@ TURNED = 0.02               # roll that lifts the other wheel [rad]
 RESULTS = ("t_first_LF", "farthest_left", "farthest_up", "turn_impulse_LF", "peak_N_LF", "peak_P_LF", "t_first_RF", "t_return",
            "lift_offs", "lost", "t_derailment", "F_derailment", "F_pulls")
 BEFORE_THE_FALL = "farthest_left", "farthest_up", "turn_impulse_LF"     # of runs without a ramp that do not derail
-SHORT = {key: OUTCOME[key].short or OUTCOME[key].words for key in RESULTS}
+EXACTNESS = "drift_relative",
+SHORT = {key: OUTCOME[key].short or OUTCOME[key].words for key in (*RESULTS, *EXACTNESS)}
 # Compared one by one, or as a matter of what a formulation can say at all.
 JUDGED = tuple(name for name in RESULTS if name not in ("peak_N_LF", "peak_P_LF", "lost", "F_pulls"))
 AGREE, DIFFER, DECIDES = "#BFE5D6", "#FCE3B4", "#F6C9B0"        # green, orange, red
@@ -124,15 +125,16 @@ def outcome(done: RunData, name: str) -> Outcome:
     keep = np.unique(np.linspace(0, len(t) - 1, 2500).astype(int))
     curves = {"t": t, "Y": c.Y.to_numpy(), "Z": c.Z.to_numpy(), "pushed": pushed,
               "kinetic": (c.KE_lat + c.KE_vert + c.KE_roll).to_numpy()}
-    results = {key: np.nan if known[key] is None else float(known[key]) for key in (*RESULTS, "drift_relative")}
+    results = {key: np.nan if known[key] is None else float(known[key]) for key in SHORT}
     return Outcome(done.name, name, results, why(done, known), {key: x[keep].tolist() for key, x in curves.items()}, done.pair)
 
 
 def why(done: RunData, known: Mapping[str, Any]) -> str:
     """How the run ended, by its answers; of a derailment, whether over the flange or overturning."""
     if not known["derailed"]:
-        awaited = "derail" if done.setting("integrator", "stop_at") == "derailment" else "return"
-        return "returns" if known["t_return"] is not None else f"does not {awaited}"
+        if done.setting("integrator", "stop_at") == "derailment":
+            return "does not derail"
+        return "does not return" if known["t_return"] is None else "returns"
     # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.
     over = [event.t for event in done.events if event.kind.endswith("over rail") and event.t <= known["t_derailment"]]
     c = done.data
@@ -176,14 +178,13 @@ def table(found: Sequence[Outcome]) -> pd.DataFrame:
     rows = []
     for case in cases_of(found):
         own = [o for o in found if o.case == case]
-        for key in RESULTS:
+        for key in (*RESULTS, *EXACTNESS):
             values = values_of(own, case, key)
             if np.isfinite(list(values.values())).any():
-                rows.append({"case": case, "result": SHORT[key], "unit": si_unit(key), **values, "spread": spread(values)})
+                rows.append({"case": case, "result": SHORT[key], "unit": si_unit(key), **values,
+                             "spread": spread(values) if key in RESULTS else ""})
         rows.append({"case": case, "result": "ending", "unit": "", **{o.formulation: o.ending for o in own},
                      "spread": "differs" if len(endings_of(own, case)) > 1 else ""})
-        rows.append({"case": case, "result": "energy drift, relative", "unit": "1", "spread": "",
-                     **values_of(own, case, "drift_relative")})
     return pd.DataFrame(rows)
 
 

@@ -15,7 +15,7 @@ from .._core.errors import Error
 from .._core.files import complete
 from .._core.wording import counted, html_table
 from ..results.quantities import OUTCOME, Quantity, si_unit
-from ..results.twins import is_chaotic
+from ..results.twins import is_chaotic, spreads
 from .variations import PROGRAM
 
 if TYPE_CHECKING:       # pandas and matplotlib are imported where they are needed: it takes longer than a short run
@@ -86,10 +86,10 @@ class Answer:
         note = ", chaotic: one sample" if self.chaotic else ""
         yield f"{known.words}: {known.text(self.value)} {known.unit}".rstrip() + note
         yield f"    program leaves open: median {known.text(self.median)}, {self.span_text(self.low, self.high)}"
-        if self.chaotic:
-            own = [x for x in self.twins if np.isfinite(x)]
-            told = f"median {known.text(np.median(own))}, {known.text(min(own))} to {known.text(max(own))}; " if own else ""
-            yield f"    its twins: {told}{len(own)} of {len(self.twins)} have it"
+        for spread in spreads({self.name: self.value}, [{self.name: x} for x in self.twins]).values():
+            least, largest = known.text(spread.least), known.text(spread.largest)
+            yield (f"    run and twins: median {known.text(spread.median)}, {least} to {largest}; "
+                   f"{spread.having} of {spread.of} have it")
         yield f"    with inputs: {self.span_text(self.low_inputs, self.high_inputs)}"
         causes = [self.change_text(*one) for one in self.main_causes().items()] or ["none of them moves it"]
         whole = [cause.replace(" ", HELD) for cause in causes]
