@@ -184,8 +184,10 @@ class Page {
     this.pause();
     const {t} = this.runs[0], last = t.length - 1;
     // A step from a time between two rows goes to one of them.
-    const i = indexBefore(t, this.t), between = t[i] < this.t && count < 0 ? 1 : 0;
-    this.go(t[Math.min(Math.max(i + count + between, 0), last)]);
+    const i = indexBefore(t, this.t), aside = t[i] < this.t && count < 0 ? 1 : 0;
+    let k = Math.min(Math.max(i + count + aside, 0), last);
+    while (k > 0 && count < 0 && t[k] === this.t) k--;          // rows before and after a rigid impact are at one time
+    this.go(t[k]);
   }
 
   stepEvent(direction) {
