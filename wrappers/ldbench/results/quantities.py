@@ -44,8 +44,8 @@ class Quantity(NamedTuple):
     short: str = ""         # words where there is little room
 
     def text(self, x: float | None, digits: int | None = None, spread: float = 0.0) -> str:
-        """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known within a range of the
-        width `spread`, SI, the digits down to the first one of half of that width are shown, one at least."""
+        """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known within a range of
+        the width `spread`, SI, the digits down to the first one of half of that width are shown, one at least."""
         if x is None or not np.isfinite(x):
             return "–"
         shown, places = self.scale*x, self.digits if digits is None else digits
