@@ -94,7 +94,7 @@ contains
         if (wheel_met .and. .not. wheel_was_on) &
           call record(log, w, event_type(landing(k), min(closing(tread(k)), closing(flange(k)))))
         if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(tread(k)) .or. is_closed(flange(k)))) &
-          call note_lift_off(k, max(opening(tread(k)), opening(flange(k))))
+          call note_lift_off(log, w, k, max(opening(tread(k)), opening(flange(k))))
       end do
       do k = 1, 4
         if (is_closed(k) .and. .not. was_closed(k)) call add_moment(log, closing(k))
@@ -106,7 +106,7 @@ contains
     log%away = log%away .or. abs(old%q(1)) > aside
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
-      call note_passage(zero_between(old%q(1), new%q(1)))
+      call note_passage(log, w, zero_between(old%q(1), new%q(1)))
     end if
     if (any(new%contact%pulls .and. .not. old%contact%pulls)) &
       call record(log, w, event_type(rail_pulls, new%t - dt*share_of_pull(old, new)))
@@ -115,22 +115,6 @@ contains
       call record(log, w, event_type(impact, new%t, impulse=new%impulse - old%impulse, loss=new%loss - old%loss))
 
   contains
-
-    subroutine note_lift_off(k, t)
-      integer, intent(in) :: k               !! 1 left, 2 right
-      real(dp), intent(in) :: t              !! [s]
-
-      log%lifted(k) = t
-      call record(log, w, event_type(lift_off(k), t))
-    end subroutine note_lift_off
-
-    subroutine note_passage(t)
-      real(dp), intent(in) :: t              !! [s]
-
-      if (any(log%counts(flange_contact) > 0)) log%passed = min(log%passed, t)
-      if (all(log%counts(flange_contact) > 0)) log%returned = min(log%returned, t)
-      call record(log, w, event_type(centre_passage, t))
-    end subroutine note_passage
 
     !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
     subroutine watch_flange_tips()
@@ -198,6 +182,27 @@ contains
     end function lapse
 
   end subroutine watch
+
+  subroutine note_lift_off(log, w, k, t)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: k               !! 1 left, 2 right
+    real(dp), intent(in) :: t              !! [s]
+
+    log%lifted(k) = t
+    call record(log, w, event_type(lift_off(k), t))
+  end subroutine note_lift_off
+
+  !> The wheelset passes the centre.
+  subroutine note_passage(log, w, t)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: t              !! [s]
+
+    if (any(log%counts(flange_contact) > 0)) log%passed = min(log%passed, t)
+    if (all(log%counts(flange_contact) > 0)) log%returned = min(log%returned, t)
+    call record(log, w, event_type(centre_passage, t))
+  end subroutine note_passage
 
   !> Contact angle of the flange on side k [rad]; 0 if the contact has no force.
   pure real(dp) function contact_angle(motion, k) result(angle)

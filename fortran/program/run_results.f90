@@ -4,19 +4,18 @@ module run_results
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
-  use contact_table, only: table_type
   use events, only: elastic_kinds, event_kinds, event_log, event_type, impact, kept, never
   use kinds, only: degree, dp, version
   use profile, only: profile_type
   use results, only: newline, result_list, rounded
   use run_monitor, only: run_type
   use run_setup, only: setup_type
-  use service_poses, only: floored_force, rollover_allowance
-  use text, only: str
+  use table_results, only: list_tables
+  use text, only: joined, str
   use wheelset, only: contact_name
   implicit none
   private
-  public :: describe_setup, describe_results, summary, list_tables
+  public :: describe_setup, describe_results, summary
 
   integer, parameter :: listed_impacts = 5
   character(*), parameter :: scientific = 'es9.2'
@@ -111,7 +110,7 @@ contains
     call items%add('axle_height', [setup%equilibrium(2)], 'm, at static equilibrium; Z is measured from it', &
       'equilibrium: axle # m above the rails', 'f0.6')
     call items%add('axle_roll', [setup%equilibrium(3)], 'rad, at static equilibrium; roll is measured from it')
-    call items%add('', [setup%centred(2) - setup%equilibrium(2)], '', ', approach # mm', 'f0.4', milli)
+    call items%add('', [setup%centred(2) - setup%equilibrium(2)], '', ', # mm lower than with rigid contacts', 'f0.4', milli)
     call items%add('', [setup%wheelset%weight()/2], '', ', # kN per wheel'// &
       trim(merge('           ', ' on average', setup%symmetric))//newline, 'f0.3', kilo)
     if (.not. setup%symmetric) then
@@ -140,58 +139,6 @@ contains
     call items%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
     call list_tables(c, setup, items)
   end subroutine list_setup
-
-  !> Points and errors of the contact tables of a case with elastic contacts.
-  subroutine list_tables(c, setup, items)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(in) :: setup
-    type(result_list), intent(inout) :: items
-
-    if (c%formulation /= 'elastic') return
-    if (setup%symmetric) then
-      call list_table(c, 'contact table', '', setup%wheelset%table, items)
-    else
-      call list_table(c, 'left contact table', '', setup%wheelset%table, items)
-      call list_table(c, 'right contact table', '_right', setup%wheelset%right_table, items)
-    end if
-  end subroutine list_tables
-
-  !> Points and errors of a contact table, and warnings of what the table does not fulfil: convergence, contacts that push,
-  !> accuracy.
-  subroutine list_table(c, what, side, table, items)
-    type(case_type), intent(in) :: c
-    character(*), intent(in) :: what             !! on the terminal
-    character(*), intent(in) :: side             !! '' or '_right'
-    type(table_type), intent(in) :: table
-    type(result_list), intent(inout) :: items
-    character(10), parameter :: group(4) = [character(10) :: 'tread', 'flange', 'both', 'going over']   ! of poses
-    character(:), allocatable :: points
-    integer :: k
-
-    points = ''
-    do k = 1, size(table%zones)
-      if (k > 1) points = points//' + '
-      points = points//str(table%zones(k)%u%n)//' x '//str(table%roll%n)//' x '//str(table%zones(k)%q%n)
-    end do
-    call items%add('table_points'//side, points, what//': model '//trim(c%model)//', # points'//newline)
-    associate (poses => table%accuracy%poses, rms => table%accuracy%rms, unsolved => table%accuracy%unsolved)
-      if (any(poses > 0)) call items%append('error of the contact force, rms (largest), relative to '//floored_force//':'//newline)
-      do k = 1, size(group)
-        if (poses(k) > 0) call items%add('table_error_'//joined(group(k))//side, [rms(k), table%accuracy%largest(k)], &
-          'rms and largest, of '//floored_force, '  '//trim(group(k))//' # (#)'//newline, scientific)
-      end do
-      if (table%solutions(2) > 0) call items%warn(what//': '//str(table%solutions(2))//' of '//str(table%solutions(1))// &
-        ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
-      if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)// &
-        ' direct evaluations did not converge; the stated error leaves them out')
-      if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call items%warn(what//': expected an rms error of at most '// &
-        '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
-      if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call items%warn(what//': expected an rms error '// &
-        'of at most '//str(nint(rollover_allowance))//' x &table accuracy while the wheelset rolls over a rail, reached '// &
-        trim(rounded(rms(4), scientific))//'; do not trust the end of a run that derails')
-    end associate
-
-  end subroutine list_table
 
   !> Events, extremes, peaks, energy balance and steps of a run.
   subroutine list_outcome(c, run, items)
@@ -488,17 +435,5 @@ contains
       start = start + length + 1
     end do
   end subroutine wrap
-
-  !> Words as a name.
-  pure function joined(words) result(name)
-    character(*), intent(in) :: words
-    character(len_trim(words)) :: name
-    integer :: k
-
-    name = words
-    do k = 1, len(name)
-      if (scan(name(k:k), ' -') > 0) name(k:k) = '_'
-    end do
-  end function joined
 
 end module run_results

@@ -11,7 +11,7 @@ module text
   use system, only: read_file
   implicit none
   private
-  public :: line_type, lower, to_real, str, shortest, with_zero, clip, read_lines, split_lines, checksum
+  public :: line_type, lower, to_real, str, shortest, with_zero, clip, read_lines, split_lines, checksum, joined
 
   type :: line_type
     character(:), allocatable :: text
@@ -218,6 +218,18 @@ contains
       end do
     end do
   end subroutine split_lines
+
+  !> Words as a name.
+  pure function joined(words) result(name)
+    character(*), intent(in) :: words
+    character(len_trim(words)) :: name
+    integer :: k
+
+    name = words
+    do k = 1, len(name)
+      if (scan(name(k:k), ' -') > 0) name(k:k) = '_'
+    end do
+  end function joined
 
   !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as
   !> eight hexadecimal digits.

@@ -134,7 +134,8 @@ class Method:
 
 METHODS = (
     *(Method(name, "ldbench", STEPS, lambda p, dt, options=options: by_ours(p, dt, **options)) for name, options in (
-        ("newmark 2", {"order": 2, "beta": 0.25}), ("explicit 2", {"order": 2, "beta": 0.0}), ("explicit 4", {"order": 4, "beta": 0.0}))),
+        ("newmark 2", {"order": 2, "beta": 0.25}), ("explicit 2", {"order": 2, "beta": 0.0}),
+        ("explicit 4", {"order": 4, "beta": 0.0}))),
     *(Method(f"cut {order}", "ldbench", ENERGIES, lambda p, energy, order=order: by_ours(
         p, CUT[order]*(energy/1e-6)**(1/(order + 1)), energy, order=order, beta=0.0)) for order in CUT),
     *(Method(name, "SUNDIALS", TOLERANCES, lambda p, tolerance, method=method: by_peer(p, tolerance, method))

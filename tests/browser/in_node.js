@@ -43,18 +43,26 @@ function link(context, {moments}) {
   return moments.map(({t, names, view}) => address.link(t, names, view));
 }
 
-// The derived columns of some columns.
-function derive(context, {exact}) {
-  const known = new Map(Object.keys(exact).map(name => [name, {}]));
-  const run = {exact, known, tracks: {}, has: name => known.has(name)};
-  vm.runInContext("addDerived", context)(run);
-  return Object.fromEntries([...known.keys()].map(name => [name, [...run.exact[name]]]));
+// What is known of columns at some times, as [low, high]: of a run, {facts, body}, or of the difference of two.
+async function read(context, {runs, names, times}) {
+  const [Run, readRun] = ["Run", "readRun"].map(name => vm.runInContext(name, context));
+  const [first, other] = await Promise.all(runs.map(async ({facts, body}, k) =>
+    new Run(facts, k, await readRun(facts.index, body))));
+  const readings = name => times.map(t =>
+    other ? other.reading(name, t).above(first.reading(name, t)) : first.reading(name, t));
+  return Object.fromEntries(names.map(name => [name, readings(name).map(({low, high}) => [low, high])]));
+}
+
+// Readings in words.
+function say(context, {readings}) {
+  const [Reading, words] = ["Reading", "readingWords"].map(name => vm.runInContext(name, context));
+  return readings.map(([low, high]) => words(new Reading(low, high), {scale: 1}));
 }
 
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {derive, follow, link}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {follow, link, read, say}[question.task](context, question)));
 }
 
 main();

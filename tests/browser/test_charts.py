@@ -245,7 +245,7 @@ def test_fit_holds_an_overturned_wheelset(browser: Browser, report: Path):
 def test_small_gaps_are_exaggerated_with_a_badge(browser: Browser, report: Path, world: World):
     """A gap of some hundredths of a millimetre is drawn so many times as large, and words say so."""
     gap = """const [run] = ldbench.runs, {scene} = ldbench, shape = ldbench.shapes[run.shape], pose = run.pose(ldbench.t);
-      const found = scene.gap(shape.left, run, pose, 1), drawn = scene.poseOf(run, shape, ldbench.t);
+      const found = scene.lateralGap(shape.left, run, pose, 1), drawn = scene.poseOf(run, shape, ldbench.t);
       return [found.gap, found.rail - scene.placed(run, drawn, found.point)[0]]"""
     choose = "const select = document.querySelector(arguments[0]); select.value = arguments[1]; select.onchange()"
     browser.open(report, f"#t={world.thrown.start('LF') - 1e-5}&view=left")

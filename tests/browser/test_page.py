@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from browser import Browser, facts, go
+from ldbench.__main__ import main
+from ldbench.results.run_data import read_data
+from ldbench.viewer.page import distinct, make_page
 from reading import Line, differing
 from running import Run
 from specimen import World
@@ -175,13 +178,14 @@ def test_a_long_run(browser: Browser, shipped: dict[str, Run], ex5: Path):
             if t in peaks:
                 assert text == "NaN" if np.isnan(x) else float(text) == x, name
             elif text.startswith("≈"):
-                assert float(text[1:]) == pytest.approx(x, rel=6e-4, abs=1e-4*sizes[name]), name
+                figures, _, exponent = text[2:].partition("E")
+                unit = 10.0**(int(exponent) - len(figures.partition(".")[2]))
+                assert abs(float(text[1:]) - x) <= unit*(1 + 1e-9), name
             elif "…" in text:
                 low, high = (float(word) for word in text.split("…"))
-                aside = 1e-3*max(abs(low), abs(high))
-                assert low - aside <= x <= high + aside, name
-            else:
-                assert text == "NaN" and (np.isnan(x) or 0 < run.columns[f"N_{name[-2:]}"][row] < 10), f"{name}: {text}"
+                assert low <= x <= high, name
+            else:       # a constant, the column's least value, or none
+                assert text == "NaN" if np.isnan(x) else float(text) == x, f"{name}: {text}"
     bands = browser.run("""const run = ldbench.runs[0]; run.column('LV_L');
       return {Y: [...run.tracks.Y], N_LF: [...run.tracks.N_LF], bin: run.bin,
               ...Object.fromEntries(['aY', 'LV_L'].map(name => [name, [[...run.bands[name].low], [...run.bands[name].high]]]))}""")
@@ -194,6 +198,67 @@ def test_a_long_run(browser: Browser, shipped: dict[str, Run], ex5: Path):
     for name, x in ("aY", c["aY"]), ("LV_L", ratio):
         for found, extreme in zip(bands[name], (np.fmin, np.fmax), strict=True):
             np.testing.assert_allclose(np.array(found, float), extreme.reduceat(x, edges), atol=5e-3*np.nanmax(np.abs(x)))
+
+
+def test_difference_of_two_long_runs(browser: Browser, world: World, tmp_path: Path):
+    """Of two files that are equal but for their first rows, at rows that the page does not keep: every difference in the table, in
+    legends and in the chart of differences is zero or holds it, and a value with all digits is that of the file."""
+    raw = world.pushed
+    lines = raw.text.splitlines(keepends=True)
+    first = next(k for k, line in enumerate(lines) if k and not line.startswith("#"))
+    (tmp_path/"shorter.txt").write_text("".join(lines[:first] + lines[first + 1:]))
+    runs = distinct([world.run("ex5_aw"), read_data(tmp_path/"shorter.txt")])
+    browser.open(make_page(runs, beside=runs).write(tmp_path/"page.html"))
+
+    def holds_zero(text: str) -> bool:
+        low, *rest = (number(word) for word in text.split(" … "))
+        return low <= 0 <= rest[0] if rest else low == 0
+
+    seen = set()
+    for k in np.random.default_rng(2).integers(1, len(raw.t), 25):
+        go(browser, raw.t[k])
+        rows = browser.run("""return [...document.querySelectorAll('#values tr')].filter(row => row.children.length === 5)
+          .map(row => [...row.children].map(cell => cell.textContent))""")[2:]
+        for words, *values, apart, _ in rows:
+            column, _, scale = COLUMNS[words]
+            x = scale*raw.c[column][k]
+            for text in values:
+                if text[0] != "≈" and "…" not in text:
+                    assert text == "–" if np.isnan(x) else number(text) == pytest.approx(x, rel=1e-6, abs=1e-12), (words, text, x)
+            assert apart == "–" if np.isnan(x) else holds_zero(apart), (words, apart)
+            seen.add("…" in apart)
+        assert holds_zero(browser.text("#charts section:nth-child(2) .legend b").removesuffix(" mm"))
+    assert seen == {False, True}
+    drawn = browser.run("""const [a, b] = ldbench.runs, d = ldbench.difference(a, b, 'aY', 0, 10);
+      return [[...d.from], [...d.low], [...d.high]]""")
+    times, low, high = np.array(drawn, float)
+    assert times[0] == raw.t[0] and np.all((low <= 0) & (high >= 0)) and high.max() > 0
+
+
+def test_approach_is_that_of_the_pressure(browser: Browser, report: Path, world: World, tmp_path: Path,
+                                          capsys: pytest.CaptureFixture[str]):
+    """At the first peak of each flange, and with a gap before: the words in the scene, and those of `ldbench pressure`."""
+    raw = world.thrown
+    browser.open(report)
+    browser.run("""window.drawn = []; const {fillText} = CanvasRenderingContext2D.prototype;
+      CanvasRenderingContext2D.prototype.fillText = function (text, ...place) {
+        window.drawn.push(text); fillText.call(this, text, ...place); }""")
+
+    def told(contact: str, t: float) -> list[list[str]]:
+        browser.run("ldbench.look(arguments[0])", {"L": "left", "R": "right"}[contact[0]])
+        go(browser, t)
+        browser.run("window.drawn = []; ldbench.redrawScene()")
+        words = [text.split() for text in browser.run("return window.drawn") if text.endswith(" mm")]
+        return [found for found in words if found[0] in ("approach", "gap")]
+
+    for contact in PRESSED:
+        t = raw.t[raw.first_peak(contact)]
+        assert main(["pressure", str(raw.file), "--at", repr(float(t)), "--contact", contact, "-o", str(tmp_path/"p.png")]) == 0
+        approach = float(re.search(r"approach (\S+) mm", capsys.readouterr().out)[1])
+        (word, shown, _), = told(contact, t)
+        assert word == "approach" and approach > 0.1 and float(shown) == pytest.approx(approach, abs=6e-4), contact
+        (word, shown, _), = told(contact, raw.t[np.searchsorted(raw.t, raw.start(contact)) - 3])
+        assert word == "gap" and 0 < float(shown) < 1
 
 
 def test_events_that_the_file_does_not_list_are_told_and_reached(browser: Browser, report: Path, world: World):

@@ -1,10 +1,12 @@
-"""The page's scripts without a browser: their syntax, derived columns and the reader of links, run by node."""
+"""The page's scripts without a browser: their syntax, what they know of numbers, and the reader of links, run by node."""
 from __future__ import annotations
 
+import base64
 import json
 import math
 import shutil
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,9 @@ import numpy as np
 import pytest
 
 import ldbench
-from ldbench.viewer.page import SCRIPTS, wheel_columns
+from ldbench.viewer.pack import CELLS, CELLS_BESIDE
+from ldbench.viewer.page import SCRIPTS, derived_columns, derived_values, run_entry
+from raw import Raw
 from running import HANG
 from specimen import World
 
@@ -38,19 +42,119 @@ def test_syntax(name: str):
     assert done.returncode == 0, done.stderr
 
 
+# Readings
+
+def packed(run: ldbench.Run, cells: int = CELLS) -> dict[str, Any]:
+    """A run as the page has it, of which so many numbers are kept whole."""
+    entry, body = run_entry(run, run, [], cells)
+    return {"facts": entry, "body": base64.b64encode(body).decode()}
+
+
+def read(*runs: dict[str, Any], names: Iterable[str], times: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """What the page knows of columns at some times, or of their difference: the least and the largest value."""
+    found = ask("read", SCRIPTS, runs=runs, names=list(names), times=times.tolist())
+    return {name: tuple(np.array(limits, float).T) for name, limits in found.items()}
+
+
+def thinned(raw: Raw, file: Path, rows: slice) -> ldbench.Run:
+    """The run of a file with some of its rows."""
+    lines = raw.text.splitlines(keepends=True)
+    numbers = [k for k, line in enumerate(lines) if k and not line.startswith("#")]
+    left_out = set(numbers) - set(numbers[rows])
+    file.write_text("".join(line for k, line in enumerate(lines) if k not in left_out))
+    return ldbench.read_run(file)
+
+
 def test_loads_of_wheels(world: World):
-    """L/V, V and L: the page and its scripts have the numbers of the rows, none where a wheel carries nothing."""
+    """L/V, V and L of each wheel and their sums: the page has the numbers of the rows, none where a wheel carries nothing."""
+    raw, run = world.pushed, world.run("ex5_aw")
+    expected = {f"{kind}_{side}": raw.ratio(side) if kind == "LV" else raw.c[f"{kind}_{side}T"] + raw.c[f"{kind}_{side}F"]
+                for side in "LR" for kind in ("LV", "Fz", "Fy")}
+    assert all(np.isnan(expected[f"LV_{side}"]).sum() > 100 for side in "LR")
+    expected |= {f"{kind}_sum": expected[f"{kind}_L"] + expected[f"{kind}_R"] for kind in ("Fz", "Fy")}
+    values, found = derived_values(run, derived_columns(raw.c)), read(packed(run, 10**7), names=expected, times=raw.t)
+    assert values.keys() == expected.keys() and not derived_columns(["Fy_LT", "Fy_LF"])[1:]
+    for name, x in expected.items():
+        for shown in values[name], *found[name]:
+            np.testing.assert_allclose(shown, x, rtol=1e-12, atol=1e-12*np.nanmax(np.abs(x)), err_msg=name)
+
+
+EXPRESSIONS = {"N_LF+N_RF": lambda c: c["N_LF"] + c["N_RF"], "aY-aZ": lambda c: c["aY"] - c["aZ"],
+               "aY*vY": lambda c: c["aY"]*c["vY"], "E_total/KE_long": lambda c: c["E_total"]/c["KE_long"],
+               "Y/N_LF": lambda c: c["Y"]/c["N_LF"]}
+
+
+def test_every_row_of_a_long_run(world: World):
+    """Of a run of which the page leaves most rows out: a value with all digits is that of the file, any other lies between the
+    limits; nothing is told only where the file has nothing, or where a divisor may be zero. Expressions and loads of wheels too."""
+    raw, run = world.pushed, world.run("ex5_aw")
+    entry = packed(run, CELLS_BESIDE)
+    rows = np.arange(0, len(raw.t), 3)
+    with np.errstate(all="ignore"):
+        expected = {name: rule(raw.c) for name, rule in EXPRESSIONS.items()}
+    expected |= {name: x for name, x in raw.c.items() if name != "time"}
+    expected |= {"Fz_L": raw.loads("L"), "Fy_sum": sum(raw.c[f"Fy_{contact}"] for contact in ("LT", "LF", "RT", "RF"))}
+    found = read(entry, names=expected, times=raw.t[rows])
+    assert entry["facts"]["index"]["kept"] < len(raw.t)/4
+    for name, x in expected.items():
+        (low, high), x = found[name], x[rows]
+        exact, there, aside = low == high, ~np.isnan(x), 1e-12*np.abs(x)
+        if name in raw.c:
+            np.testing.assert_array_equal(low[exact], x[exact], err_msg=name)
+            assert not np.any(np.isnan(low) & there), name
+        known = ~np.isnan(low) & there
+        assert np.all((low - aside <= x) & (x <= high + aside) | ~known), name
+        assert exact[there].sum() >= 0.05*there.sum() and known.sum() >= 0.3*there.sum(), name
+    assert (found["aY"][0] < found["aY"][1]).sum() > len(rows)/2
+
+
+def test_difference_of_two_long_runs(world: World, tmp_path: Path):
+    """Of two files that are equal but for the first row: zero with all digits, or limits that hold zero, at every row."""
     raw = world.pushed
-    loads = wheel_columns(world.run("ex5_aw"))
-    forces = {name: x.tolist() for name, x in raw.c.items() if name[:2] in ("Fy", "Fz")}
-    found = ask("derive", ("series.js", "derived.js"), exact=forces)
-    assert set(loads) == {f"{kind}_{side}" for kind in ("LV", "Fz", "Fy") for side in "LR"}
-    for side in "LR":
-        expected = {"LV": raw.ratio(side), "Fz": raw.loads(side), "Fy": raw.c[f"Fy_{side}T"] + raw.c[f"Fy_{side}F"]}
-        assert np.isnan(expected["LV"]).sum() > 100
-        for kind, x in expected.items():
-            for shown in loads, found:
-                np.testing.assert_allclose(np.array(shown[f"{kind}_{side}"], float), x, rtol=1e-12, err_msg=f"{kind}_{side}")
+    runs = [packed(run, CELLS_BESIDE) for run in (world.run("ex5_aw"), thinned(raw, tmp_path/"shorter.txt", slice(1, None)))]
+    names = [name for name in raw.c if name != "time"]
+    rows = np.arange(1, len(raw.t), 3)
+    found = read(*runs, names=[*names, *EXPRESSIONS], times=raw.t[rows])
+    for name, (low, high) in found.items():
+        assert np.all((low <= 0) & (high >= 0) | np.isnan(low)), name
+        if name in names:
+            np.testing.assert_array_equal(np.isnan(low), np.isnan(raw.c[name][rows]), err_msg=name)
+    low, high = found["aY"]
+    assert 20 < (low == high).sum() < 0.5*len(rows)
+
+
+@pytest.mark.parametrize("step", [2, 5])
+def test_between_rows(step: int, world: World, tmp_path: Path):
+    """The rows that are taken out of a file lie where the page says that values between its rows are."""
+    raw = world.thrown
+    run = thinned(raw, tmp_path/"thin.txt", slice(None, None, step))
+    out = (np.arange(len(raw.t)) % step > 0) & (raw.t < run.time[-1])
+    names = "Y", "Z", "roll", "vY", "N_LF", "N_LT", "KE_lat"
+    for name, (low, high) in read(packed(run), names=names, times=raw.t[out]).items():
+        x = raw.c[name][out]
+        assert np.mean((low <= x) & (x <= high)) > 0.995 and np.all(low[low == high] == x[low == high]), name
+        assert name != "Y" or np.median(high - low) < 1e-3*np.ptp(x)
+
+
+def test_readings_in_words():
+    """With all digits only what is known to all digits; else as many as are known, the last one to one unit, or both limits
+    rounded outwards."""
+    generator = np.random.default_rng(1)
+    middle = generator.choice([-1, 1], 2000)*10.0**generator.uniform(-6, 6, 2000)
+    off = np.abs(middle)*10.0**generator.uniform(-9, 1, 2000)
+    texts = ask("say", SCRIPTS, readings=[*np.column_stack([middle - off, middle + off]).tolist(), [0.1, 0.1], [0, 0]])
+    assert texts[-2:] == ["0.1", "0"]
+    for a, b, text in zip(middle - off, middle + off, texts, strict=False):
+        shown = [float(word) for word in text.replace("−", "-").removeprefix("≈ ").split(" … ")]
+        if text.startswith("≈ "):
+            mantissa, _, exponent = text[2:].partition("e")
+            whole, _, decimals = mantissa.partition(".")
+            places = -len(decimals) if decimals else len(whole) - len(whole.rstrip("0"))
+            unit = 10.0**(int((exponent or "0").replace("−", "-")) + places)
+            assert max(abs(shown[0] - a), abs(shown[0] - b)) <= unit*(1 + 1e-9), (a, b, text)
+        else:
+            low, high = shown
+            assert low <= a and b <= high and high - low <= (b - a) + 2.1e-3*max(-low, high), (a, b, text)
 
 
 # Links

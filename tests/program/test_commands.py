@@ -312,7 +312,7 @@ def test_json_of_table(place: Path, capsys: pytest.CaptureFixture[str]):
     table = ContactTable.quiet(Case.from_namelist("inputs/ex2_aw.nml"))
     line, = told(["table", "inputs/ex2_aw.nml", "-o", "geometry.txt"], capsys)
     expected = {"clearance_left": table.clearance, "clearance_right": table.clearance_right, "axle_height": table.equilibrium,
-                "axle_roll": table.equilibrium_roll, "approach": table.approach, "load_per_wheel": table.load_per_wheel,
+                "axle_roll": table.equilibrium_roll, "sinking": table.sinking, "load_per_wheel": table.load_per_wheel,
                 "frequencies": table.frequencies, "found": True, "model": "halfspace", "formulation": "elastic", "case": "ex2_aw"}
     assert {name: line[name] for name in expected} == as_json(expected)
     assert line["error"]["left"] == {where: vars(error) for where, error in table.accuracy.items()}

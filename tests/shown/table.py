@@ -140,7 +140,7 @@ def text_of_summary(raw: Raw) -> tuple[list[Line], list[str]]:
         Line(r"clearance \[mm\]: left (\S+), right (\S+)$", "rigid-axle clearances [mm], of the call",
              lambda w: (10.18, 16.94), 1e-3),
         Line(r"axle (\S+) m above", "height of the axle at rest [m]", lambda w: raw.setting("axle_height")),
-        Line(r"approach (\S+) mm, (?:\S+) kN", "mean approach of the treads at rest [mm]",
+        Line(r"(\S+) mm lower than with rigid contacts, (?:\S+) kN", "sinking of the axle at rest [mm]",
              lambda w: MM*np.mean([raw.overlap(c, 0, at_rest=True) for c in ("LT", "RT")]), 5e-3),
         Line(r"(\S+) kN per wheel", "load of a wheel [kN]", lambda w: KN*raw.weight/2),
         Line(r"Y = (\S+) m, Z = (\S+) m, roll =\s+(\S+) rad", "pose at rest [m, m, rad]",

@@ -36,11 +36,16 @@ def test_comparison_pages(world: World):
     """Every table: rows and times of the files, events, peaks, impacts by number, differences of every column."""
     a, b = world.thrown, world.faster
 
+    def back(raw: Raw) -> float | None:
+        """The passage of the centre after both flanges [ms]."""
+        return next((1e3*t for t in raw.passages() if t > raw.start("LF") and t > raw.start("RF")), None)
+
     def events(_: object, match: re.Match[str]) -> list[float | None]:
-        """First events of a kind [ms], ends [ms] or largest forces [kN]: of both files, and the difference."""
+        """First events of a kind [ms], returns and ends [ms] or largest forces [kN]: of both files, and the difference."""
         kind = match[0].partition(" ")[2].removeprefix("first ").partition(" [")[0]
         contact = CONTACTS.get(kind.removeprefix("largest normal force, "))
         found = [KN*raw.peak(contact)[0] or None if contact else 1e3*raw.t[-1] if kind == "end" else
+                 back(raw) if kind == "return to the centre" else
                  next((1e3*t for t, what, _ in raw.events if what == kind), None) for raw in (a, b)]
         return [*found, None if None in found else found[1] - found[0]]
 

@@ -296,7 +296,7 @@ def test_pressure(contact: str, world: World, capsys: pytest.CaptureFixture[str]
         Line(r"curved patch (\S+) kN", "integral of the pressure [kN]", lambda w: KN*force, 0.04),
         Line(r"area (\S+) mm², (\S+) mm along the rail, (\S+) mm across", "area [mm2], length, width [mm]: nearly an ellipse",
              lambda w: (area, length, 4*area/np.pi/length), 0.25),
-        Line(r"overlap (\S+) mm", "approach [mm]", lambda w: MM*raw.overlap(contact, k), 4e-3),
+        Line(r"approach (\S+) mm", "approach [mm]", lambda w: MM*raw.overlap(contact, k), 4e-3),
         Line(r"track at y (\S+) mm", "centre y in the track [mm]", lambda w: MM*raw.c[f"y_{contact}"][k], 3e-3),
         Line(r", z (\S+) mm", "centre z in the track [mm]", lambda w: MM*raw.c[f"z_{contact}"][k], 0.15)]
     assert differing(said, lines, world, [r"^ex2_aw", r"  Hertz's ellipse .*"]) == []

@@ -81,7 +81,7 @@ class Move:
 def read_facts(text: str) -> dict[str, float]:
     """Results in a summary and a column file's header; the k-th event of a kind is `kind k`."""
     found = {
-        "clearance [mm]": float(re.search(r"rigid-axle clearance \[mm\]: 2 x (\S+)", text)[1]),
+        "clearance [mm]": float(re.search(r"rigid-axle clearance \[mm\]: left (\S+), right", text)[1]),
         "axle height [m]": float(re.search(r"axle_height = (\S+)", text)[1]),
         "end [s]": float(re.search(r"ended at t = (\S+) s", text)[1]),
     }

@@ -18,8 +18,8 @@ ELEMENTS = 48                           # over the length of a patch along the p
 
 @dataclass(frozen=True)
 class Ellipse:
-    """The ellipse of Hertz's theory with a patch's integral of the pressure and the curvatures where the undeformed bodies overlap
-    most."""
+    """The ellipse of Hertz's theory with a patch's integral of the pressure and the curvatures where the approach of the
+    undeformed bodies is largest."""
 
     half_x: float       # semi-axis in rolling direction [m]
     half_s: float       # semi-axis along the profile [m]
@@ -45,7 +45,7 @@ class Patch:
     track: np.ndarray               # the wheel's points at s in the frame of the track (n_s, 2) [m]
     half_x: float                   # half of the length of the patch in rolling direction [m]
     s_ends: tuple[float, float]     # ends of the patch along the profile [m]
-    approach: float                 # largest overlap of the undeformed bodies [m]
+    approach: float                 # largest interpenetration of the undeformed surfaces along their normal, Hertz's delta [m]
     s_deepest: float                # where that is [m]
     force: float                    # normal force of the contact, of all its patches, as in the columns [N]
     angle: float                    # contact angle of this force, positive on flanges of both sides, as in the columns [rad]

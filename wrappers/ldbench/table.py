@@ -19,7 +19,7 @@ from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, path_bytes, text, version, watched
 from ._core.errors import BadValue, Error, Warning
 from ._core.files import complete
-from ._core.wording import counted, html_table
+from ._core.wording import clearance_words, counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
 from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
@@ -94,8 +94,8 @@ class ContactTable:
     rest: tuple[float, float, float]
     #: Height z of the axle centre at which the centred wheelset just touches [m].
     rigid_height: float
-    #: Elastic approach of wheels and rails at rest [m].
-    approach: float
+    #: How much lower the axle rests than with rigid contacts [m].
+    sinking: float
     #: Gravity and vertical load [N].
     weight: float
     #: Half of the weight [N].
@@ -138,7 +138,7 @@ class ContactTable:
         (self.clearance, self.clearance_right, self.equilibrium, self.equilibrium_roll, self.rigid_height, y, z, roll,
          self.weight, self.seconds, found, *frequencies) = flat.prepared_numbers(handle).tolist()
         self.rest, self.frequencies, self.found = (y, z, roll), tuple(frequencies), bool(found)
-        self.approach, self.load_per_wheel = self.rigid_height - self.equilibrium, self.weight/2
+        self.sinking, self.load_per_wheel = self.rigid_height - self.equilibrium, self.weight/2
 
     def for_case(self, case: Case) -> ContactTable:
         """This table for a case that differs in initial conditions, loading, inertia, integrator or output.
@@ -310,9 +310,8 @@ class ContactTable:
 
     @property
     def clearance_words(self) -> str:
-        """'2 x 10.180', or of either side [mm]."""
-        left, right = 1e3*self.clearance, 1e3*self.clearance_right
-        return f"2 x {left:.3f}" if left == right else f"left {left:.3f}, right {right:.3f}"
+        """'left 10.180, right 10.180' [mm]."""
+        return clearance_words(self.clearance, self.clearance_right)
 
     def lines(self) -> list[str]:
         """What there is to say of the rigid and the resting wheelset and of the table's error, line by line."""
@@ -323,7 +322,7 @@ class ContactTable:
                     + (case.table_path() or "not kept in a file"))
         sides = [("", self.accuracy), ("right ", self.accuracy_right)][:1 + (self.accuracy_right != self.accuracy)]
         return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
-                f"equilibrium: axle {self.equilibrium:.6f} m above the rails, approach {1e3*self.approach:.4f} mm, "
+                f"equilibrium: axle {self.equilibrium:.6f} m above the rails, {1e3*self.sinking:.4f} mm lower than with rigid contacts, "
                 f"{1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made,
                 *(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {counted(error.poses, 'pose')}" for side, errors in sides for place, error in errors.items())]

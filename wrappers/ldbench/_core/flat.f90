@@ -22,9 +22,10 @@ module flat
   use motion_state, only: motion_type
   use profile, only: profile_type, read_profile
   use results, only: result_list
-  use run_results, only: results_text => describe_results, setup_text => describe_setup, list_tables, summary
+  use run_results, only: results_text => describe_results, setup_text => describe_setup, summary
   use run_setup, only: setup_type
   use station_scan, only: new_scan, scan_type
+  use table_results, only: list_tables
   use text, only: line_type, read_lines, split_lines
   use wheel_rail_pair, only: mirror
   use wheelset, only: contact_state, contacts

@@ -57,7 +57,7 @@ def main(args: argparse.Namespace) -> int:
               f"  largest pressure {1e-6*patch.largest:.0f} MPa, mean {1e-6*patch.mean:.0f} MPa, integral over the curved patch "
               f"{KN*patch.integral:.2f} kN",
               f"  area {1e6*patch.area:.1f} mm², {2e3*patch.half_x:.2f} mm along the rail, {2e3*patch.half_s:.2f} mm across it, "
-              f"overlap {MM*patch.approach:.4f} mm",
+              f"approach {MM*patch.approach:.4f} mm",
               f"  centre in the track at y {MM*patch.centre[0]:.3f} mm, z {MM*patch.centre[1]:.3f} mm", sep="\n")
         if patch.hertz:
             print(f"  Hertz's ellipse with this integral: {2e3*patch.hertz.half_x:.2f} mm x {2e3*patch.hertz.half_s:.2f} mm, "

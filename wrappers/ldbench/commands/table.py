@@ -49,7 +49,7 @@ def facts(table: ContactTable) -> dict[str, object]:
     return {
         "case": table.case.case_name, "profiles": table.case.profile_files(), "model": table.case.model,
         "formulation": table.case.formulation, "clearance_left": table.clearance, "clearance_right": table.clearance_right,
-        "axle_height": table.equilibrium, "axle_roll": table.equilibrium_roll, "approach": table.approach,
+        "axle_height": table.equilibrium, "axle_roll": table.equilibrium_roll, "sinking": table.sinking,
         "load_per_wheel": table.load_per_wheel, "frequencies": table.frequencies, "found": table.found,
         "seconds": table.seconds, "file": table.case.table_path(),
         "error": {side: {place: asdict(error) for place, error in errors.items()}

@@ -9,6 +9,7 @@ import numpy as np
 from .._core import flat
 from .._core.calls import Handle
 from .._core.errors import Error
+from .._core.wording import clearance_words
 from ..case import Case
 from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
 from ..profiles.measures import TAPE_CIRCLE
@@ -40,8 +41,7 @@ class Pair:
 
     def lines(self) -> list[str]:
         """What there is to say, line by line."""
-        left, right = (MM*x for x in self.clearance)
-        found = ["rigid-axle clearance " + (f"2 x {left:.3f} mm" if left == right else f"left {left:.3f}, right {right:.3f} mm")]
+        found = [f"rigid-axle clearance {clearance_words(*self.clearance)} mm"]
         for amplitude in (2e-3, 3e-3, 4e-3):
             level, rolled = self.level.conicity_at(amplitude), self.rolled.conicity_at(amplitude)
             if np.isfinite(rolled):
@@ -58,7 +58,7 @@ class Pair:
                 level, rolled = (round(x, 3) + 0.0 for x in (level, rolled))        # without a minus before 0.000
                 found.append(f"{label}: level {level:.3f}, with roll {rolled:.3f}")
         for side, zones in self.zones.items():
-            where = "" if left == right else f"{side} "
+            where = "" if self.clearance[0] == self.clearance[1] else f"{side} "
             found += [f"{where}zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "
                       f"angle {DEG*alpha:.1f}°" for first, last, flange, alpha in zones if where or side == "left"]
         return found

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
+from .._core.wording import clearance_words
 from ..geometry.en15302 import AMPLITUDES, window
 from ..geometry.outlines import Side
 from ..geometry.pair import Pair
@@ -35,10 +36,9 @@ Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions 
 def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
     """The functions that `ContactTable.geometry` and its file have."""
     y = MM*functions["Y"]
-    left_reach, right_reach = (MM*run.result(f"clearance_{side}") for side in ("left", "right"))
-    clearance = f"2 × {left_reach:.2f}" if left_reach == right_reach else f"left {left_reach:.2f}, right {right_reach:.2f}"
+    left_reach, right_reach = (run.result(f"clearance_{side}") for side in ("left", "right"))
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
-                      f"dotted: rigid-axle clearance, {clearance} mm; conicity: equivalent, by "
+                      f"dotted: rigid-axle clearance, {clearance_words(left_reach, right_reach)} mm; conicity: equivalent, by "
                       f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
     axes = figure.subplots(2, 4)
     left, right, black = CONTACT_LINES["LT"], CONTACT_LINES["RT"], Line(BLACK)
@@ -54,7 +54,7 @@ def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
         ax.set(xlabel="lateral displacement Y [mm]", ylabel=label)
         if len(curves) > 1:
             legend_above(ax)
-        mark_reach(ax, -right_reach, left_reach)
+        mark_reach(ax, -MM*right_reach, MM*left_reach)
     conicity = axes[0, 3]
     conicity.set_yscale("log")
     conicity.set_ylim(bottom=0.02)

@@ -33,7 +33,7 @@ def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
     figure = new_page(f"{run.heading}: pressure at t = {run.time[k]:.6f} s", run.header.title,
                       "pressure of elastic half-spaces on the surface developed into the plane: x along the rail, s along the "
                       "wheel's profile towards the field side; dashed: Hertz's ellipse with ∫p dA and the curvatures where the "
-                      "bodies overlap most; force and angle as in the columns; ∫p dA is larger, as the normals turn over a patch"
+                      "approach is largest; force and angle as in the columns; ∫p dA is larger, as the normals turn over a patch"
                       f"\n{caption(run)}")
     axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={"height_ratios": [1, 0.85, 1]})
     outlines, _ = run_outlines(run)
@@ -92,7 +92,7 @@ def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
     ax.set_ylim(bottom=0)
     ax.margins(x=0.03)
     legend_above(ax)
-    ax.set(xlabel="from the largest overlap [mm]", ylabel="pressure [MPa]")
+    ax.set(xlabel="from the largest approach [mm]", ylabel="pressure [MPa]")
 
 
 def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tuple[float, float, float]) -> None:

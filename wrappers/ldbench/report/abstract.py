@@ -20,7 +20,7 @@ from ..plots.style import ldbench_style
 from ..results.columns import read_toml
 from ..results.quantities import CONTACT_NAMES, OUTCOME, scientific
 from ..results.run_data import RETURNED, RunData
-from ..results.summary import CHAOTIC_NOTE, shown, summary_row
+from ..results.summary import CHAOTIC_NOTE, Shown, shown, summary_row
 from ..results.twins import Chaotic
 from . import formulations
 
@@ -35,8 +35,8 @@ FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derai
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
 TABLE: dict[str, int | None] = {
-    "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 2, "F_derailment": 1, "F_limit_left": 2, "farthest_left": 2,
-    "farthest_up": 2, "peak_N_LT": 0, "peak_N_LF": 0, "peak_N_RT": 0, "peak_N_RF": 0, "pmax_LF": 0, "patch_LF": 0, "pmax": 0,
+    "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 2, "F_derailment": 1, "farthest_left": 2,
+    "farthest_up": 2, "peak_N_LF": 0, "peak_N_RF": 0, "pmax_LF": 0, "pmax": 0,
     "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
     "drift_relative": None}
 
@@ -80,7 +80,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
     return {
         "version": first.header.version,
         "names": [run.name for run in runs],
-        "table": [[OUTCOME[key].brief, *(shown(row, key, chaotic, digits)._asdict() for row in rows.values())]
+        "table": [[OUTCOME[key].brief, *(table_cell(shown(row, key, chaotic, digits)) for row in rows.values())]
                   for key, digits in TABLE.items()],
         "chaotic": CHAOTIC_NOTE if any(key in TABLE for found in chaotic.values() for key in found) else "",
         "costs": costs(runs),
@@ -113,6 +113,11 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
         "pressure": pressure_facts(list(rows.values())),
     }
+
+
+def table_cell(number: Shown) -> dict[str, str]:
+    """A number and its range for the table of results."""
+    return {"text": number.text, "range": number.range}
 
 
 def listed(runs: Sequence[RunData], name: str) -> str:

@@ -97,10 +97,12 @@ def difference_table(found: Comparison) -> pd.DataFrame:
 
 
 def event_times(run: RunData, case: Case | None = None) -> dict[str, float]:
-    """Instants [s] worth comparing: the first of each kind of event, the answers among times, the end. case: as of `answers`."""
-    known, first = answers(run, case), {f"first {event.kind}": event.t for event in reversed(all_events(run, case))}
-    first.pop("first derailment", None)
-    return first | {OUTCOME[name].short: known[name] for name in TIMES if known[name] is not None} | {"end": float(run.time[-1])}
+    """Instants [s] worth comparing, in their order: the first of each kind of event, the answers among times, the end. case: as of
+    `answers`."""
+    known = answers(run, case)
+    found = {f"first {event.kind}": event.t for event in reversed(all_events(run, case)) if event.kind != "derailment"}
+    found |= {OUTCOME[name].short: known[name] for name in TIMES if known[name] is not None}
+    return dict(sorted(found.items(), key=lambda one: one[1])) | {"end": float(run.time[-1])}
 
 
 def placeable_case(run: RunData) -> Case | None:

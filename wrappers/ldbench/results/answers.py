@@ -43,7 +43,8 @@ def answers(run: RunData, case: Case | None = None) -> dict[str, Any]:
     case: whose profiles and lateral force another code's file has; without it the file tells no derailment. Error where the times
     of the rows do not ascend, or where the profiles of the case cannot be placed.
     """
-    return dict.fromkeys(NAMES) | (told(run.header.results) if run.header.finished else of_rows(run, case))
+    found = told(run.header.results) if run.header.finished else of_rows(run, case)
+    return dict.fromkeys(NAMES) | {name: value for name, value in found.items() if value == value and value != ""}
 
 
 def all_events(run: RunData, case: Case | None = None) -> list[Event]:
@@ -61,8 +62,7 @@ def told(results: Mapping[str, Any]) -> dict[str, Any]:
     """The answers of the core. A contact without a peak has never closed."""
     never = {f"{time}{contact}" for contact in CONTACTS for peak, time in (("peak_N_", "t_peak_"), ("peak_P_", "t_peak_P_"))
              if not results.get(f"{peak}{contact}")}
-    return {name: None if value == "" or value != value or name in never or (name.startswith("peak_") and not value) else value
-            for name, value in results.items()}
+    return {name: value for name, value in results.items() if name not in never and (value or not name.startswith("peak_"))}
 
 
 def of_rows(run: RunData, case: Case | None) -> dict[str, Any]:

@@ -44,8 +44,8 @@ class Quantity(NamedTuple):
     short: str = ""         # words where there is little room
 
     def text(self, x: float | None, digits: int | None = None, spread: float = 0.0) -> str:
-        """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known to a `spread`, SI,
-        the digits that hold are shown, one at least; the spread moves the last one by three at most."""
+        """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known within a range of
+        the width `spread`, SI, the digits down to the first one of half of that width are shown, one at least."""
         if x is None or not np.isfinite(x):
             return "–"
         shown, places = self.scale*x, self.digits if digits is None else digits
@@ -54,7 +54,7 @@ class Quantity(NamedTuple):
         if places is None:
             places = max(3 - int(np.floor(np.log10(abs(shown)))), 0) if shown else 0
         if 0 < spread < np.inf and shown:
-            places = min(places, int(max(np.round(-np.log10(self.scale*spread)), -np.floor(np.log10(abs(shown))))))
+            places = min(places, int(max(np.ceil(-np.log10(self.scale*spread/2)), -np.floor(np.log10(abs(shown))))))
         return f"{round(shown, places) if places < 0 else shown:.{max(places, 0)}f}".replace("-", "−")
 
     @property
@@ -131,7 +131,7 @@ OUTCOME = {
                            short="lateral force, lift for good"),
     "t_derailment": Quantity("derailment", "s", 1, digits=3, short="derailment"),
     "F_derailment": Quantity("lateral force at derailment", "kN", KN, digits=1, short="lateral force at derailment"),
-    **{f"F_limit_{way}": Quantity(f"largest lateral force with an equilibrium, to the {way}", "kN", KN, digits=2,
+    **{f"F_limit_{way}": Quantity(f"static limit of the lateral force, {way}", "kN", KN, digits=2,
                                   short="static limit of the lateral force") for way in ("left", "right")},
     "farthest_left": Quantity("Y, largest", "mm", MM, short="largest Y"),
     "farthest_right": Quantity("Y, smallest", "mm", MM, short="smallest Y"),

@@ -24,15 +24,23 @@ CHAOTIC_NOTE = (f"with a range below: chaotic; median and range of the run and o
 
 
 class Shown(NamedTuple):
-    """A result as tables show it: the number, or the median of a chaotic one, and the range of that."""
+    """A result as tables show it: the number, or the median of a chaotic one with its range."""
 
     text: str
-    range: str = ""     # '268 to 271', or '0 to 3, 5 of 9' where not all twins have it
+    least: str = ""
+    largest: str = ""
+    some: str = ""      # ', 5 of 9' where not all twins have it
+
+    @property
+    def range(self) -> str:
+        """The range in little room: '268–271'; '' of a number that is not chaotic."""
+        dash = "…" if self.largest.startswith("−") else "–"
+        return f"{self.least}{dash}{self.largest}{self.some}" if self.least else ""
 
     @property
     def line(self) -> str:
-        """Both in one line: '270 (268 to 271)'."""
-        return f"{self.text} ({self.range})" if self.range else self.text
+        """Number and range in words: '270 (268 to 271)'."""
+        return f"{self.text} ({self.least} to {self.largest}{self.some})" if self.least else self.text
 
 
 def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> Shown:
@@ -43,7 +51,7 @@ def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None
     width = spread.largest - spread.least
     median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
     some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
-    return Shown(median, f"{least} to {largest}{some}")
+    return Shown(median, least, largest, some)
 
 
 def summary_row(run: RunData) -> dict[str, Any]:

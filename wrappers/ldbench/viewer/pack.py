@@ -23,6 +23,7 @@ CELLS = 600_000             # numbers of a run that is kept whole,
 CELLS_BESIDE = 100_000      # and of one that is there for comparison
 BINS = 8192                 # of a band
 LEVELS = 2**14 - 2          # of a band, from the least to the largest value of a column
+ASIDE = 1e-3                # of a level: a band reaches so far beyond its values, as the page rounds when it makes values of levels
 FINE_LEVELS = 2**16 - 2     # of a column that is kept for every row
 DIGITS = 9
 EMPTY, ZERO = 127, 126      # instead of an exponent
@@ -151,17 +152,19 @@ def numbered(levels: np.ndarray) -> np.ndarray:
 
 def pack_band(x: np.ndarray, edges: np.ndarray) -> tuple[dict[str, Any], bytes]:
     """Least and largest value in the bins from every edge to the next; levels are rounded outwards, so that the band
-    holds every value."""
+    holds every value, and only a bin that has the column's least value alone has a band without width."""
     facts, levels = quantised(x, LEVELS)
-    a = numbered(np.floor(np.fmin.reduceat(levels, edges)))
-    b = numbered(np.ceil(np.fmax.reduceat(levels, edges)))
+    low, high = np.fmin.reduceat(levels, edges), np.fmax.reduceat(levels, edges)
+    a = numbered(np.maximum(np.floor(low - ASIDE), 0))
+    b = numbered(np.where(high > 0, np.ceil(high + ASIDE), high))
     return facts, planes(signless(np.diff(a, prepend=0)), 2) + planes(b - a, 2)
 
 
 def pack_track(x: np.ndarray) -> tuple[dict[str, Any], bytes]:
-    """The nearest level for every row, by its first or second differences, whichever are smaller."""
+    """The nearest level for every row, by its first or second differences, whichever are smaller. Only the least value has
+    the lowest level, so that the page tells an open contact from a small force."""
     facts, levels = quantised(x, FINE_LEVELS)
-    plain = np.diff(numbered(np.rint(levels)), prepend=0)
+    plain = np.diff(numbered(np.where(levels > 0, np.maximum(np.rint(levels), 1), levels)), prepend=0)
     codes = [signless(plain), signless(np.diff(plain, prepend=0))]
     order = int(np.argmin([np.log2(code + 1.0).sum() for code in codes]))
     return facts | {"order": 1 + order}, planes(codes[order], 3)

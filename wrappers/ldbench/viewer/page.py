@@ -29,14 +29,14 @@ from ..pressure import Patch
 from ..results.answers import answers, first_flange
 from ..results.derived import lateral_over_vertical
 from ..results.events import event_kinds
-from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, SIDES, quantity
+from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, KN, SIDES, quantity
 from ..results.run_data import RunData, read_data
 from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
-    "decode series derived parts labels views scene pressure axes chart export hover picker panel values events runs player "
-    "address keys page").split()]
+    "decode reading series derived parts labels views scene pressure axes chart export hover picker panel values events runs "
+    "player address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
 LEVELS = 99                 # of a pressure and of half a width, from 0 to the largest
@@ -133,13 +133,15 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
     units = run.data.attrs.get("units", {})
     known = {name: quantity(name, units.get(name, "")) for name in columns}
     events = event_entries(run)
-    index, body = pack(time, columns, [event["t"] for event in events], cells, wheel_columns(run))
+    derived = derived_columns(columns)
+    index, body = pack(time, columns, [event["t"] for event in events], cells, derived_values(run, derived))
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
         "profiles": [f"{which}: {text}" for which, text in run.header.profiles.items()],
         "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
+        "derived": derived,
         "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answers(run)), "index": index,
         "shape": shapes.index(shape) if shape else None, "clearance": number(run.result("clearance_left")),
         "namelist": namelist_text(run),
@@ -158,17 +160,31 @@ def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return time, {str(name): run.values(name) for name in run.data if name != "time"}
 
 
-def wheel_columns(run: RunData) -> dict[str, np.ndarray]:
-    """Vertical and lateral force of the rail on each wheel, and L/V. The page makes them of the columns where it has rows, see
-    derived.js."""
-    found: dict[str, np.ndarray] = {}
+def derived_columns(columns: Collection[str]) -> list[dict[str, Any]]:
+    """What the page makes of the forces of a run that has these columns: L/V, vertical and lateral force of the rail on each
+    wheel, and sums over all contacts. Each is `sign` times the sum of the columns `of`, over the sum of those in `over`, if any."""
+    def entry(name: str, words: str, kind: str, contacts: Sequence[str], over: str = "", sign: float = 1.0) -> dict[str, Any]:
+        unit, si, scale = ("", "1", 1.0) if over else ("kN", "N", KN)
+        return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign,
+                "of": [f"{kind}_{contact}" for contact in contacts],
+                "over": [f"{over}_{contact}" for contact in contacts if over]}
+
+    found = []
     for wheel, contacts in SIDES.items():
         side = contacts[0][0]
-        if all(f"{kind}_{contact}" in run.data for kind in ("Fy", "Fz") for contact in contacts):
-            found[f"LV_{side}"] = lateral_over_vertical(run, wheel)
-            for kind in "Fz", "Fy":
-                found[f"{kind}_{side}"] = np.sum([run.values(f"{kind}_{contact}") for contact in contacts], axis=0)
-    return found
+        found += [entry(f"LV_{side}", f"L/V, {wheel} wheel", "Fy", contacts, "Fz", -1.0 if wheel == "left" else 1.0),
+                  entry(f"Fz_{side}", f"vertical force, {wheel} wheel", "Fz", contacts),
+                  entry(f"Fy_{side}", f"lateral force, {wheel} wheel", "Fy", contacts)]
+    found += [entry("Fz_sum", "vertical force, all contacts", "Fz", CONTACTS),
+              entry("Fy_sum", "lateral force, all contacts", "Fy", CONTACTS)]
+    return [one for one in found if one["name"] not in columns and {*one["of"], *one["over"]}.issubset(columns)]
+
+
+def derived_values(run: RunData, derived: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
+    """The columns of `derived_columns` at all rows, (rows,) each, SI. L/V is that of `lateral_over_vertical`."""
+    wheels = {f"LV_{contacts[0][0]}": wheel for wheel, contacts in SIDES.items()}
+    return {one["name"]: lateral_over_vertical(run, wheels[one["name"]]) if one["over"]
+            else np.sum([run.values(column) for column in one["of"]], axis=0) for one in derived}
 
 
 def event_entries(run: RunData) -> list[dict[str, Any]]:

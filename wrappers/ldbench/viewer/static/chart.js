@@ -85,12 +85,8 @@ class Chart {
   // What is drawn of a line over time.
   pieces(line, start, end) {
     const {run, column} = line, pixels = this.box.right - this.box.left;
-    let found;
-    if (this.mode === "difference") {
-      const points = difference(this.page.runs[0], run, column.name, start, end), bins = asBins(points.t, points.x);
-      const band = thinned(bins, pixels);
-      found = band === bins ? {points} : {band};
-    } else found = drawing(run, column.name, start, end, pixels);
+    const found = this.mode === "difference" ? drawnDifference(this.page.runs[0], run, column.name, start, end, pixels)
+      : drawing(run, column.name, start, end, pixels);
     const {points, band} = found;
     return {line, ...found, ...extremes(column.scale, ...(band ? [band.low, band.high] : [points.x]))};
   }
@@ -98,19 +94,21 @@ class Chart {
   // What is drawn of a line over another column, in the window of time. A long run has both columns for every row, or at kept rows.
   curve(line, start, end) {
     const {run, column} = line, across = run.column(this.over) ?? {unit: "", scale: NaN, words: this.over};
-    const every = run.tracks[column.name] && run.tracks[this.over], holder = every ? run.tracks : run.exact;
+    const every = [column.name, this.over].every(name => run.band(name)?.bin === 1);
     const times = every ? run.rowTimes : run.t, [a, b] = span(times, start, end);
-    const part = name => holder[name]?.subarray(a, b) ?? new Float64Array(0);
-    const t = part(this.over).map(x => across.scale * x), x = t.length ? part(column.name) : t;
+    const values = name => every ? middles(part(run.finest(name), start, end))
+      : run.exact[name]?.subarray(a, b) ?? new Float64Array(0);
+    const t = values(this.over).map(x => across.scale * x), x = t.length ? values(column.name) : t;
     const {least: leftmost, most: rightmost} = extremes(1, t);
     return {line, across, times: times.subarray(a, b), leftmost, rightmost, ...extremes(column.scale, x),
             points: {t, x, joined: every || !run.rowNumbers ? undefined : i => run.joined(a + i)}};
   }
 
-  // Where a curve is at a time [px]; null if nothing is known there.
+  // Where a curve is at a time [px]; null if it is not known to some pixels.
   pointAt({line: {run, column}, across}, t) {
-    const [x, y] = [this.x(across.scale * run.at(this.over, t)), this.scale.y(column.scale * run.at(column.name, t))];
-    return Number.isFinite(x + y) ? [x, y] : null;
+    const ends = (name, pixel) => [run.reading(name, t).low, run.reading(name, t).high].map(pixel);
+    const places = [ends(this.over, x => this.x(across.scale * x)), ends(column.name, x => this.scale.y(column.scale * x))];
+    return places.every(([a, b]) => Math.abs(b - a) < 6) ? places.map(([a, b]) => (a + b) / 2) : null;
   }
 
   // The point of all curves that is nearest to a pixel: {curve, i, x, y}; null beyond 40 px.

@@ -71,12 +71,15 @@ function predict(x, t, i) {
   return x[i - 1] + d1 * (t0 - t1) + (d1 - d2) / (t1 - t3) * (t0 - t1) * (t0 - t2);
 }
 
-// Turn levels into values; level 0 stands for no value.
-function fromLevels(a, low, step) {
-  return Float64Array.from(a, q => q > 0 ? low + step * (q - 1) : NaN);
+const HALF = 0.501;                             // of a level, and a little more for rounding
+
+// Turn levels into values; 0 stands for no value. The lowest level is the least value itself, and no other value has it.
+function fromLevels(a, low, step, level = l => l) {
+  return Float64Array.from(a, q => q > 0 ? low + step * level(q - 1) : NaN);
 }
 
-// Decode everything that is kept of a run: {t, exact: {name: values}, rowTime(i), tracks, bands, bin}.
+// Decode everything that is kept of a run: {t, exact: {name: values}, rowTimes, tracks: {name: values of every row}, bands: {name:
+// {low, high, bin}}, bin}, where `bin` is how many rows a bin has.
 async function readRun(index, base64) {
   const reader = new Reader(await inflate(base64));
   const t = readExact(reader, index.kept), exact = {};
@@ -90,9 +93,11 @@ async function readRun(index, base64) {
         const a = reader.sums(index.rows, 3);
         if (order === 2) for (let i = 1; i < a.length; i++) a[i] += a[i - 1];
         run.tracks[name] = fromLevels(a, low, step);
+        run.bands[name] = {low: fromLevels(a, low, step, l => l > 1 ? l - HALF : 0),
+                           high: fromLevels(a, low, step, l => l > 0 ? l + HALF : 0), bin: 1};
       } else {
         const a = reader.sums(bins, 2), b = reader.planes(bins, 2).map((d, i) => a[i] + d);
-        run.bands[name] = {low: fromLevels(a, low, step), high: fromLevels(b, low, step)};
+        run.bands[name] = {low: fromLevels(a, low, step), high: fromLevels(b, low, step), bin: run.bin};
       }
     }
   }

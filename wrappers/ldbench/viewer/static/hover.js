@@ -51,9 +51,8 @@ class Hover {
   onCurve(x, y) {
     const near = this.chart.nearest(x, y);
     if (!near) return null;
-    const {curve: {line, across, times, points}, i} = near, {column} = line;
-    return {t: times[i], at: near.x, words: [
-      [line, `${column.words} ${shortWords(column.scale * points.x[i], 6)} ${column.unit}`],
-      [line, `${across.words} ${shortWords(points.t[i], 6)} ${across.unit}`]]};
+    const {curve: {line, across, times}, i} = near, t = times[i];
+    return {t, at: near.x, words: [line.column, across].map(column =>
+      [line, `${column.words} ${readingWords(line.run.reading(column.name, t), column, false, 6)} ${column.unit}`])};
   }
 }

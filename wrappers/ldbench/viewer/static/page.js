@@ -97,9 +97,9 @@ class Page {
 
   fillPose() {
     const words = this.runs.map(run => {
-      const pose = run.pose(this.t), shown = (name, key, words, unit) =>
-        run.has(name) ? [`${words} ${minus((1e3 * pose[key]).toFixed(3))} ${unit}`] : [];
-      const have = [...shown("Y", "y", "Y", "mm"), ...shown("Z", "z", "Z", "mm"), ...shown("roll", "roll", "Φ", "mrad")];
+      const at = Math.min(Math.max(this.t, run.start), run.end);
+      const have = [["Y", "Y", "mm"], ["Z", "Z", "mm"], ["roll", "Φ", "mrad"]].filter(([name]) => run.has(name))
+        .map(([name, words, unit]) => `${words} ${decimalWords(run.reading(name, at), 1e3)} ${unit}`);
       return (this.runs.length > 1 ? `${run.name}: ` : "") + (have.join(", ") || "no displacements in the file");
     });
     get("pose").textContent = words.join("; ");
@@ -184,8 +184,10 @@ class Page {
     this.pause();
     const {t} = this.runs[0], last = t.length - 1;
     // A step from a time between two rows goes to one of them.
-    const i = indexBefore(t, this.t), between = t[i] < this.t && count < 0 ? 1 : 0;
-    this.go(t[Math.min(Math.max(i + count + between, 0), last)]);
+    const i = indexBefore(t, this.t), aside = t[i] < this.t && count < 0 ? 1 : 0;
+    let k = Math.min(Math.max(i + count + aside, 0), last);
+    while (k > 0 && count < 0 && t[k] === this.t) k--;          // rows before and after a rigid impact are at one time
+    this.go(t[k]);
   }
 
   stepEvent(direction) {
@@ -214,8 +216,7 @@ class Page {
     const here = this.events.all.filter(({t}) => Math.abs(t - this.t) <= aside).map(eventWords);
     const words = [`${timeWords(this.t)} s`, ...here, get("pose").textContent];
     for (const c of Object.keys(this.facts.contacts)) {
-      const contact = this.runs[0].contact(c, this.t);
-      if (contact) words.push(`${this.facts.contacts[c]} ${kilonewtons(contact.N)}`);
+      if (this.runs[0].contact(c, this.t)) words.push(`${this.facts.contacts[c]} ${forceWords(this.runs[0], c, this.t)}`);
     }
     get("said").textContent = words.slice(0, 2).join(", ");
     get("scrub").setAttribute("aria-valuetext", words.slice(0, 1 + here.length).join(", "));

@@ -105,8 +105,8 @@ class Panel extends Chart {
 
   // What is known of a line at a time, in the unit of the axis: {reading, column}; in a chart of differences, the difference.
   reading({run, column: known}, t) {
-    const [first] = this.page.runs, column = this.asOnAxis(known), {name} = column;
-    return {column, reading: this.mode === "difference" ? {x: run.at(name, t) - first.at(name, t)} : run.reading(name, t)};
+    const [first] = this.page.runs, column = this.asOnAxis(known), {name} = column, found = run.reading(name, t);
+    return {column, reading: this.mode === "difference" ? found.above(first.reading(name, t)) : found};
   }
 
   valueWords(line, t) {
@@ -117,9 +117,9 @@ class Panel extends Chart {
   fillLegend() {
     const {t, mark} = this.page;
     for (const line of this.values) {
-      const {reading: {x}, column} = this.reading(line, t), [words, unit] = this.valueWords(line, t);
-      const d = mark === null ? NaN : x - this.reading(line, mark).reading.x;
-      const since = Number.isFinite(d) ? ` (${d >= 0 ? "+" : ""}${shortWords(column.scale * d, 5)})` : "";
+      const {reading, column} = this.reading(line, t), [words, unit] = this.valueWords(line, t);
+      const d = mark === null ? NOTHING : reading.above(this.reading(line, mark).reading);
+      const since = d.unknown ? "" : ` (${d.exact && d.low >= 0 ? "+" : ""}${readingWords(d, column, false, 5)})`;
       line.value.textContent = words + since + (line.isLast ? ` ${unit}` : "");
     }
   }

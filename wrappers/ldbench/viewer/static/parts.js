@@ -94,14 +94,6 @@ function asInFile(x, digits = 8) {
   return `${figures}E${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
 }
 
-// What is known of a column at a time, see Run.reading: to all digits, about, or from the least to the largest value.
-function readingWords({x, about, low, high}, column, si = false, digits = 7) {
-  const words = (v, n) => si ? asInFile(v, n < 5 ? 3 : n < 7 ? 4 : 8) : shortWords(column.scale * v, n);
-  if (low === undefined || Number.isNaN(low)) return about ? `≈ ${words(x, 5)}` : words(x ?? NaN, digits);
-  const ends = [words(low, 4), words(high, 4)];
-  return ends[0] === ends[1] ? `≈ ${ends[0]}` : `${ends[0]} … ${ends[1]}`;
-}
-
 function kilonewtons(N) {
   const x = N / 1e3;
   if (x < 0) return `−${kilonewtons(-N)}`;

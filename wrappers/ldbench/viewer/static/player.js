@@ -84,7 +84,7 @@ function drawOverview(page) {
   g.fillRect(x(page.window[0]), 4, Math.max(x(page.window[1]) - x(page.window[0]), 2), h - 8);
   const run = page.runs[0], name = run.has("Y") ? "Y" : run.columns[0]?.name;
   if (name) {
-    const found = thinned(asBins(...run.series(name)), w / 4);
+    const found = thinned(run.finest(name), w / 4);
     const low = Math.min(...found.low.filter(Number.isFinite)), high = Math.max(...found.high.filter(Number.isFinite));
     g.strokeStyle = page.colour.of("muted");
     g.beginPath();

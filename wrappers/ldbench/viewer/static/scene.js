@@ -4,6 +4,7 @@
 const FOOT = 0.09;              // height of the rail that is drawn below its profile
 const ARROW = 105;              // length of the largest force [px]
 const NARROWEST = 4e-5, WIDEST = 6;     // part of the track
+const DEEPEST = 2e-3;           // a wheel deeper in its rail lies beside it
 const LOG_FROM = 1e3;           // smaller forces are drawn as points on the logarithmic scale [N]
 
 class Scene {
@@ -60,8 +61,8 @@ class Scene {
   poseOf(run, shape, at) {
     const pose = run.pose(at), factor = this.settings.gap;
     if (factor === 1 || !shape) return {...pose, aside: 0};
-    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.gap(outline, run, pose, side),
-      whole: run.clearance ?? this.gap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
+    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.lateralGap(outline, run, pose, side),
+      whole: run.clearance ?? this.lateralGap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
     const near = known.filter(({found}) => found).sort((a, b) => a.found.gap - b.found.gap)[0];
     return {...pose, aside: near ? near.side * (near.found.gap - exaggerated(near.found.gap, near.whole, factor)) : 0};
   }
@@ -114,7 +115,7 @@ class Scene {
     this.drawScales(largest);
     this.drawBadge();
     for (const [text, x, y, up] of words) this.labels.write(text, x, y, this.colour.of("ink"), up);
-    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses[0]);
+    if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses[0], at);
   }
 
   path(points) {
@@ -169,8 +170,8 @@ class Scene {
     strokes(g, [x - 6, y, x + 6, y], [x, y - 6, x, y + 6]);
   }
 
-  // Draw the least horizontal gap between flange and rail; the number is that of the true position.
-  gap({flank, gauge}, run, pose, side) {
+  // The least horizontal distance of a flange from its rail, which the exaggeration of gaps enlarges.
+  lateralGap({flank, gauge}, run, pose, side) {
     const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
     let found = null;
     for (const [u, v] of flank) {
@@ -181,18 +182,32 @@ class Scene {
     return found;
   }
 
-  drawGaps(shape, run, pose) {
+  // The gap between a flange and its rail along the rail's normal [m], below zero the approach, with the point of the wheel and the
+  // foot of its normal on the rail. Null where no point of the flange is beside the rail.
+  normalGap({flank, gauge}, run, pose, side) {
+    const roll = side * (run.axleRoll + pose.roll), c = Math.cos(roll), s = Math.sin(roll);
+    const placed = ([u, v]) => [side * pose.y + c * u - s * v, run.axle + pose.z + s * u + c * v];
+    const wheel = flank.map(placed), found = leastGap(wheel, gauge);
+    if (!found) return null;
+    // The outlines are curves, of which the nearest points are two: those between them tell tenths of micrometres.
+    const near = finer(flank, found.k), close = leastGap(near.map(placed), finer(gauge, found.i));
+    const [{gap, k, foot}, points] = close ? [close, near] : [found, flank];
+    return {gap, point: [side * points[k][0], points[k][1]], foot};
+  }
+
+  // Draw the gaps of both flanges; the numbers are those of the true position.
+  drawGaps(shape, run, pose, at) {
     const {g} = this;
     for (const [outline, side] of sidesOf(shape)) {
-      const found = this.gap(outline, run, pose, side);
-      if (!found || found.gap < -2e-3) continue;
-      const place = this.placed(run, pose, found.point), [x1, y] = this.px(...place), [x2] = this.px(side * found.rail, place[1]);
+      const found = this.normalGap(outline, run, pose, side);
+      if (!found || found.gap < -DEEPEST) continue;
+      const [x1, y1] = this.px(...this.placed(run, pose, found.point)), [x2, y2] = this.px(side * found.foot[0], found.foot[1]);
       if (x1 < -50 || x1 > this.w + 50) continue;
       g.strokeStyle = g.fillStyle = this.colour.of("muted");
       g.lineWidth = 1;
-      strokes(g, [x1, y, x2, y], [x1, y - 4, x1, y + 4], [x2, y - 4, x2, y + 4]);
-      const text = `${found.gap < 0 ? "overlap" : "gap"} ${Math.abs(1e3 * found.gap).toFixed(2)} mm`;
-      this.labels.write(text, (x1 + x2) / 2, y + 18, this.colour.of("muted"));
+      const far = Math.hypot(x2 - x1, y2 - y1) || 1, [a, b] = [4 * (y2 - y1) / far, 4 * (x2 - x1) / far];
+      strokes(g, [x1, y1, x2, y2], [x1 - a, y1 + b, x1 + a, y1 - b], [x2 - a, y2 + b, x2 + a, y2 - b]);
+      this.labels.write(gapWords(found, run, at), (x1 + x2) / 2, (y1 + y2) / 2 + 18, this.colour.of("muted"));
     }
   }
 
@@ -231,7 +246,7 @@ class Scene {
       this.labels.keepArrow(x, y, ax, ay, length);
       const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
       if (inside && first)
-        found.push([`${c} ${kilonewtons(contact.N)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
+        found.push([`${c} ${forceWords(run, c, at)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
     }
     return found;
   }
@@ -290,6 +305,13 @@ class Scene {
     labels.words(several ? "kN, logarithmic" : "force", right - 6, y + 4, "right");
     g.font = "12px system-ui, sans-serif";
   }
+}
+
+// A gap or an approach along the normal, in the digits that the displacements at this time give it.
+function gapWords({gap, point}, run, at) {
+  const [y, z, roll] = ["Y", "Z", "roll"].map(name => run.has(name) ? run.reading(name, at) : new Reading(0));
+  const off = (y.high - y.low + z.high - z.low + Math.hypot(...point) * (roll.high - roll.low)) / 2;
+  return `${gap < 0 ? "approach" : "gap"} ${decimalWords(new Reading(Math.abs(gap) - off, Math.abs(gap) + off), 1e3)} mm`;
 }
 
 // A gap as it is drawn: `factor` times as large if it is small, as it is if it is whole, and in between without a step.

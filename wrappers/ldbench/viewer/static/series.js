@@ -1,4 +1,4 @@
-// A run for the other parts: exact values at rows, values between them, and what is known where no row is kept.
+// A run for the other parts: values at rows, what is known between them and where no row is kept, and what is drawn.
 
 // The last index with t[i] <= x, at least 0.
 function indexBefore(t, x) {
@@ -28,10 +28,11 @@ function interpolate(t, x, at) {
 const CLOSED = 1, isClosed = N => Math.abs(N) > CLOSED;
 const CONTACTS = ["LT", "LF", "RT", "RF"];
 const OF_OPEN = /^(?:angle|y|z|radius)_([LR][TF])$/;      // columns without a value where a contact is open
+const SAME = 1e-9;              // rows at a smaller distance are at one time [s]
 
 class Run {
   constructor(facts, number, data) {
-    Object.assign(this, facts, data, {number, shift: 0});
+    Object.assign(this, facts, data, {number, shift: 0, made: new Map()});      // made: expressions by their names
     this.known = new Map(facts.columns.map(column => [column.name, column]));
     this.inFile = {t: this.t, rowTimes: this.rowTimes};
     if (this.t.length < this.rows) this.rowNumbers = this.t.map(t => nearestIndex(this.rowTimes, t));
@@ -57,15 +58,14 @@ class Run {
   // The kept row that is nearest to a time.
   row(at) { return nearestIndex(this.t, at); }
 
-  // The kept row at a time; null if the row of the file that is nearest to this time is not kept.
-  keptRow(at) {
-    const i = this.row(at);
-    return !this.rowNumbers || this.rowNumbers[i] === nearestIndex(this.rowTimes, at) || Math.abs(this.t[i] - at) < 1e-9
-      ? i : null;
+  // The time of the file's row that is nearest to a time.
+  rowTime(at) {
+    const times = this.rowTimes ?? this.t;
+    return times[nearestIndex(times, at)];
   }
 
   // Whether the kept row i follows the one before it in the file too.
-  joined(i) { return !this.rowNumbers || this.rowNumbers[i] === this.rowNumbers[i - 1] + 1; }
+  joined(i) { return !this.rowNumbers || this.rowNumbers[i] <= this.rowNumbers[i - 1] + 1; }
 
   value(name, row) { return this.has(name) ? this.exact[name][row] : NaN; }
 
@@ -79,18 +79,39 @@ class Run {
     return this.has(name) ? interpolate(...this.series(name), at) : NaN;
   }
 
-  // What is known of a column at a time: {x}, of the kept row or between the rows; {x, about} of the levels that a long
-  // run keeps for every row; {low, high} of the rows nearby if that is all.
+  // What is known of a column at a time: the value of a row that is kept, a value between two rows that are kept and follow each
+  // other in the file, or the limits of the rows there.
   reading(name, at) {
-    if (!this.has(name)) return {x: NaN};
-    if (!this.rowNumbers) return {x: this.at(name, at)};
-    const i = this.keptRow(at), band = this.bands[name];
-    if (i !== null) return {x: this.exact[name][i]};
-    if (this.tracks[name]) return {x: this.at(name, at), about: true};
-    const row = nearestIndex(this.rowTimes, at), [, c] = OF_OPEN.exec(name) ?? [];
-    if (!band || at < this.start || at > this.end || this.tracks["N_" + c]?.[row] === 0) return {x: NaN};
-    const k = Math.floor(row / this.bin);
-    return {low: band.low[k], high: band.high[k]};
+    if (!this.column(name)) return NOTHING;
+    const i = indexBefore(this.t, at + SAME), x = this.exact[name];
+    if (Math.abs(this.t[i] - at) <= SAME) return new Reading(x[i]);
+    if (at < this.start || at > this.end) return NOTHING;
+    if (this.joined(i + 1)) return between(this.t, x, i, at, k => this.joined(k));
+    const row = indexBefore(this.rowTimes, at + SAME), here = this.limits(name, row), next = this.limits(name, row + 1);
+    if (at - this.rowTimes[row] <= SAME) return here;
+    if (!this.tracks[name]) return here.or(next);
+    const {low, high} = between(this.rowTimes, this.tracks[name], row, at);
+    const off = Math.max(here.high - here.low, next.high - next.low);
+    return new Reading(low - off, high + off);
+  }
+
+  // What is known of a column in a row of the file that is not kept.
+  limits(name, row) {
+    const {low, high, bin} = this.band(name), k = Math.floor(row / bin), [, c] = OF_OPEN.exec(name) ?? [];
+    return this.bands["N_" + c]?.high[row] === 0 ? NOTHING : new Reading(low[k], high[k]);
+  }
+
+  // The limits of a column in each bin of rows of a long run; undefined for a run that is kept whole.
+  band(name) {
+    const made = this.made.get(name);
+    if (!this.bands[name] && this.rowNumbers && made) {
+      const parts = made.parts.map(part => this.band(part)), bin = Math.max(...parts.map(part => part.bin));
+      const [a, b] = parts.map(part => part.bin < bin ? pooled(part, bin) : part), low = a.low.slice(), high = a.low.slice();
+      for (let k = 0; k < low.length; k++) ({low: low[k], high: high[k]} = combined(made.sign,
+        {low: a.low[k], high: a.high[k]}, {low: b.low[k], high: b.high[k]}));
+      this.bands[name] = {low, high, bin};
+    }
+    return this.bands[name];
   }
 
   // The displacements of the axle centre; a column that the file lacks is zero.
@@ -153,10 +174,10 @@ class Run {
   // The least and largest values of a column, and the first and last times of the rows that have them: those of each row, or of
   // bins of rows where a long run keeps no more.
   finest(name) {
-    const band = this.bands[name];
-    if (!band) return asBins(...this.series(name));
-    const times = next => band.low.map((_, k) => this.rowTimes[Math.min(k * this.bin + next, this.rows - 1)]);
-    return {...band, from: times(0), to: times(this.bin - 1)};
+    const band = this.band(name);
+    if (!band) return asBins(this.t, this.exact[name]);
+    const times = next => band.low.map((_, k) => this.rowTimes[Math.min(k * band.bin + next, this.rows - 1)]);
+    return {...band, ...band.bin === 1 ? {from: this.rowTimes, to: this.rowTimes} : {from: times(0), to: times(band.bin - 1)}};
   }
 }
 
@@ -166,19 +187,23 @@ function span(t, start, end) { return [indexBefore(t, start), Math.min(indexBefo
 function asBins(t, x) { return {from: t, to: t, low: x, high: x}; }
 
 // The least and largest value of `factor` bins together.
-function coarser(fine, factor) {
-  const n = Math.ceil(fine.low.length / factor), array = () => new Float64Array(n);
-  const next = {low: array(), high: array(), from: array(), to: array()};
+function pooled(fine, factor) {
+  const n = Math.ceil(fine.low.length / factor), next = {low: new Float64Array(n), high: new Float64Array(n), bin: factor};
   for (let k = 0; k < n; k++) {
-    const a = k * factor, b = Math.min(a + factor, fine.low.length);
     let low = NaN, high = NaN;
-    for (let i = a; i < b; i++) {
+    for (let i = k * factor; i < Math.min((k + 1) * factor, fine.low.length); i++) {
       if (!(low <= fine.low[i])) low = Number.isNaN(fine.low[i]) ? low : fine.low[i];
       if (!(high >= fine.high[i])) high = Number.isNaN(fine.high[i]) ? high : fine.high[i];
     }
-    [next.low[k], next.high[k], next.from[k], next.to[k]] = [low, high, fine.from[a], fine.to[b - 1]];
+    [next.low[k], next.high[k]] = [low, high];
   }
   return next;
+}
+
+function coarser(fine, factor) {
+  const next = pooled(fine, factor), last = fine.to.length - 1;
+  return {...next, from: next.low.map((_, k) => fine.from[k * factor]),
+          to: next.low.map((_, k) => fine.to[Math.min((k + 1) * factor - 1, last)])};
 }
 
 // Bins for so many pixels: those given, or two for each pixel.
@@ -190,12 +215,29 @@ function thinned(bins, pixels) {
 // What to draw of a column between two times in so many pixels: points, or a band of bins, and with it the rows that are
 // kept where they are dense enough to help. Points are joined if `joined` says so, or all of them.
 function drawing(run, name, start, end, pixels) {
-  const {from, to, low, high} = run.finest(name), [a, b] = span(from, start, end), part = x => x.subarray(a, b);
-  const rows = low === high, least = part(low), all = {from: part(from), to: part(to), low: least, high: rows ? least : part(high)};
-  const band = thinned(all, pixels);
-  if (rows && band === all) return {points: run.tracks[name] ? {t: all.from, x: least} : exactPoints(run, name, start, end)};
-  return {band, exact: band.low.length < pixels / 2 ? exactPoints(run, name, start, end) : null};
+  return drawable(part(run.finest(name), start, end), !run.rowNumbers, pixels, () => exactPoints(run, name, start, end));
 }
+
+// The difference of a later run from the first one, in this form.
+function drawnDifference(first, other, name, start, end, pixels) {
+  const found = difference(first, other, name, start, end), whole = Boolean(found.x);
+  return drawable(whole ? asBins(found.t, found.x) : found, whole, pixels,
+                  () => whole ? found : exactDifference(first, other, name, start, end));
+}
+
+function drawable(all, whole, pixels, points) {
+  const band = thinned(all, pixels);
+  if (whole && band === all) return {points: points()};
+  return {band, exact: band.low.length < pixels / 2 ? points() : null};
+}
+
+// The bins between two times.
+function part({from, to, low, high}, start, end) {
+  const [a, b] = span(from, start, end);
+  return Object.fromEntries(Object.entries({from, to, low, high}).map(([key, x]) => [key, x.subarray(a, b)]));
+}
+
+function middles({low, high}) { return low.map((x, k) => (x + high[k]) / 2); }
 
 function exactPoints(run, name, start, end) {
   const [a, b] = span(run.t, start, end);
@@ -203,9 +245,35 @@ function exactPoints(run, name, start, end) {
           joined: run.rowNumbers ? i => run.joined(a + i) : undefined};
 }
 
-// The difference of a later run from the first one, at the rows of the first one between two times.
+// The difference of a later run from the first one, at the rows of the first one between two times, as {t, x}; where a run has
+// rows that are not kept, the limits of the difference, {from, to, low, high}.
 function difference(first, other, name, start, end) {
-  const [t, x] = first.series(name), [u, y] = other.series(name), [a, b] = span(t, start, end);
-  const times = t.subarray(a, b);
-  return {t: times, x: times.map((at, i) => interpolate(u, y, at) - x[a + i])};
+  if (!first.rowNumbers && !other.rowNumbers) {
+    const [a, b] = span(first.t, start, end), t = first.t.subarray(a, b), x = first.exact[name];
+    return {t, x: t.map((at, i) => interpolate(other.t, other.exact[name], at) - x[a + i])};
+  }
+  const mine = part(first.finest(name), start, end), {from, to, low, high} = other.finest(name), last = from.length - 1;
+  const found = {...mine, low: mine.low.map(() => NaN), high: mine.low.map(() => NaN)};
+  for (let k = 0, i = 0; k < mine.low.length; k++) {
+    const begin = mine.from[k] + SAME, end = mine.to[k] - SAME;
+    if (end < from[0] || begin > to[last]) continue;
+    while (i < last && from[i + 1] <= begin) i++;
+    // The bins of the other run from the one in or behind which this bin begins to the one in or before which it ends.
+    let theirs = new Reading(low[i], high[i]);
+    for (let j = i; j < last && to[j] < end; j++) theirs = theirs.or(new Reading(low[j + 1], high[j + 1]));
+    ({low: found.low[k], high: found.high[k]} = combined("-", theirs, {low: mine.low[k], high: mine.high[k]}));
+  }
+  return found;
+}
+
+// The differences of two runs at the rows that both keep at one time.
+function exactDifference(first, other, name, start, end) {
+  const [a, b] = span(first.t, start, end), rows = [];
+  for (let i = a, j = 0; i < b; i++) {
+    while (j < other.t.length && other.t[j] < first.t[i] - SAME) j++;
+    if (Math.abs(other.t[j] - first.t[i]) <= SAME) rows.push([i, j]);
+  }
+  const follows = k => rows[k].every((row, which) => row === rows[k - 1][which] + 1 && [first, other][which].joined(row));
+  return {t: Float64Array.from(rows, ([i]) => first.t[i]), joined: k => k > 0 && follows(k),
+          x: Float64Array.from(rows, ([i, j]) => other.exact[name][j] - first.exact[name][i])};
 }

@@ -24,32 +24,26 @@ class Values {
     get("values").replaceChildren(make("thead", {}, head), make("tbody", {}, ...body));
   }
 
-  // The row of a run at a time; where that row is not kept, its values are known about, or between two limits.
+  // The row of each run at a time. The difference is that of two runs at the row of the first one, or of a run since the row at
+  // the mark.
   fill(t, mark) {
-    const si = get("digits").checked, kept = this.runs.map(run => run.keptRow(t));
-    this.runs.forEach((run, k) => {
-      this.rowTimes[k].textContent = kept[k] !== null ? timeWords(run.inFile.t[kept[k]]) : `≈ ${timeWords(t - run.shift)}`;
-    });
+    const si = get("digits").checked, [first, other] = this.runs, at = this.runs.map(run => run.rowTime(t));
+    const before = other || mark === null ? null : first.rowTime(mark);
+    this.runs.forEach((run, k) => { this.rowTimes[k].textContent = timeWords(at[k] - run.shift); });
     get("values").className = this.runs.length > 2 ? "alone many" : this.runs.length < 2 && mark === null ? "alone" : "";
-    get("between").hidden = !kept.includes(null);
-    const before = this.runs.length === 1 && mark !== null ? this.runs[0].keptRow(mark) : null;
-    this.rowApart.textContent = before !== null && kept[0] !== null
-      ? shortWords(this.runs[0].t[kept[0]] - this.runs[0].t[before]) : "";
+    this.rowApart.textContent = before === null ? "" : shortWords(at[0] - before);
+    const shown = [];
     for (const {column, values, apart, unit} of this.cells) {
-      this.runs.forEach((run, k) => {
-        const reading = kept[k] !== null ? {x: run.value(column.name, kept[k])} : run.reading(column.name, t);
-        values[k].textContent = readingWords(reading, column, si);
-      });
+      const show = (cell, reading) => {
+        shown.push(reading);
+        cell.textContent = readingWords(reading, column, si);
+      };
+      const here = this.runs.map((run, k) => run.reading(column.name, at[k]));
+      here.forEach((reading, k) => show(values[k], reading));
+      show(apart, other ? other.reading(column.name, at[0]).above(here[0])
+        : before === null ? NOTHING : here[0].above(first.reading(column.name, before)));
       unit.textContent = si ? column.si : column.unit;
-      const d = this.difference(column.name, kept, before);
-      apart.textContent = si ? asInFile(d) : shortWords(column.scale * d);
     }
-  }
-
-  difference(name, kept, before) {
-    const [a, b] = this.runs;
-    if (kept[0] === null || !a.has(name)) return NaN;
-    if (!b) return before === null ? NaN : a.value(name, kept[0]) - a.value(name, before);
-    return b.has(name) ? interpolate(b.t, b.exact[name], a.t[kept[0]]) - a.value(name, kept[0]) : NaN;
+    get("between").hidden = shown.every(reading => reading.exact || reading.unknown);
   }
 }

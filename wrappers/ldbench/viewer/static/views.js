@@ -62,6 +62,38 @@ function atHeight(curve, z) {
   return z2 > z1 ? y1 + (y2 - y1) * (z - z1) / (z2 - z1) : y1;
 }
 
+// The least distance of some points from a curve with its body to the right, below zero inside the body: {gap, k, i, foot}, with
+// the numbers of the point and of the curve's point behind the foot. Null without a point whose foot is inside the curve's ends.
+function leastGap(points, curve) {
+  let found = null;
+  points.forEach(([y, z], k) => {
+    let own = null, least = Infinity;
+    for (let i = 1; i < curve.length; i++) {
+      const [ay, az] = curve[i - 1], dy = curve[i][0] - ay, dz = curve[i][1] - az;
+      const along = Math.min(Math.max(((y - ay) * dy + (z - az) * dz) / (dy * dy + dz * dz), 0), 1);
+      const foot = [ay + along * dy, az + along * dz], away = (y - foot[0]) ** 2 + (z - foot[1]) ** 2;
+      if (away >= least) continue;
+      const beyond = (i === 1 && along === 0) || (i === curve.length - 1 && along === 1);
+      [least, own] = [away, beyond ? null : {gap: Math.sqrt(away) * Math.sign((z - az) * dy - (y - ay) * dz), k, i, foot}];
+    }
+    if (own && (!found || own.gap < found.gap)) found = own;
+  });
+  return found;
+}
+
+// The stretch of a curve round its point k with eight points for each, on the cubics through four of its points (E. Catmull,
+// R. Rom, 1974).
+function finer(curve, k) {
+  const found = [], at = i => curve[Math.min(Math.max(i, 0), curve.length - 1)];
+  for (let i = k - 2; i < k + 2; i++)
+    for (let j = 0; j < 8 && i >= 0 && i + 1 < curve.length; j++) {
+      const x = j / 8, weights = [[0, -1, 2, -1], [2, 0, -5, 3], [0, 1, 4, -3], [0, 0, -1, 1]].map(([a, b, c, d]) =>
+        (a + x * (b + x * (c + x * d))) / 2);
+      found.push([0, 1].map(axis => weights.reduce((sum, weight, n) => sum + weight * at(i - 1 + n)[axis], 0)));
+    }
+  return found;
+}
+
 // The outlines of the facts: pairs of numbers, both sides.
 function unflattened(shape) {
   const pairs = a => Array.from({length: a.length / 2}, (_, k) => [a[2 * k], a[2 * k + 1]]);
