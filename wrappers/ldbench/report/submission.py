@@ -4,7 +4,7 @@ Each case runs with its twins (`results/twins.py`): the median and the range of 
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
@@ -27,8 +27,8 @@ from ..plots.impact import Recomputed
 from ..results.answers import answers
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_all
-from ..results.summary import summary_row
-from ..results.twins import Chaotic, spreads, twin_cases
+from ..results.summary import IDENTITY, summary_row
+from ..results.twins import Spread, all_spreads, spreads, twin_cases
 from ..runs import compute
 from ..table import ContactTable
 from ..trust.page import TITLE, report_pages
@@ -59,27 +59,27 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         files = [job.product for job in cases]
         submitted = cache(partial(read_all, files, jobs))
         found = formulations.kept_outcomes(inputs, outputs, jobs, force, submitted)
-        kept = [formulations.kept_file(outputs), kept_in(outputs)/"twins.json"]
         trusted = kept_trusts(inputs, outputs, jobs, force)
-        other = kept_twins(cases, kept[1], jobs, force)
+        twins = kept_twins(cases, jobs, force)
+        compared, sampled = formulations.kept_file(outputs), [twins_file(job) for job in cases]
         plotted, written, summary, shown = products = [
             outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *kept, kept_file(outputs)], summary: [*files, kept[1]],
-            written: [*files, *kept, Path(abstract.AUTHORS)], shown: [*files, *variants, kept[1]]}
+            plotted: [*files, *sampled, compared, kept_file(outputs)], summary: [*files, *sampled],
+            written: [*files, *sampled, compared, Path(abstract.AUTHORS)], shown: [*files, *sampled, *variants]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
         runs = submitted() if due else []
-        chaotic = {run.name: spreads(summary_row(run), other[run.name]) for run in runs}
+        chaotic = {run.name: spreads(summary_row(run), twins[run.name]) for run in runs}
         # Before other processes are forked: a run starts threads of OpenMP.
         fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
                 and (around := first_and_hardest(run))}
 
         work: dict[Path, Callable[[], object]] = {
-            summary: lambda: write_summary(runs, summary, chaotic),
+            summary: lambda: write_summary(runs, summary, twins),
             shown: lambda: results.results_page(runs, variants, chaotic).write(shown),
             written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed),
             plotted: lambda: None}
@@ -98,15 +98,16 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
     return files + products
 
 
-def write_summary(runs: Sequence[RunData], target: Path, chaotic: Chaotic) -> None:
-    """Four rows per run: the run itself, and least, median and largest of it and its twins, which differ in chaotic results alone.
-    Units stand in brackets behind the names."""
+def write_summary(runs: Sequence[RunData], target: Path, twins: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
+    """Five rows per run, as column `of` says: the run; median, least and largest of the answers of the run and its twins; and how
+    many of these have an answer. Units stand in brackets behind the names."""
     rows = []
     for run in runs:
-        row, own = summary_row(run), chaotic.get(run.name, {})
-        rows.append({"case": run.name, "of": "run"} | row)
-        rows += [{"case": run.name, "of": of} | row | {name: getattr(spread, of) for name, spread in own.items()}
-                 for of in ("least", "median", "largest")]
+        row = summary_row(run)
+        known = {name: row.pop(name) for name in IDENTITY}
+        found = all_spreads(row, twins[run.name])
+        rows += [known | {"of": of} | own for of, own in (
+            ("run", row), *((of, {name: getattr(one, of) for name, one in found.items()}) for of in Spread._fields[:-1]))]
     table = pd.DataFrame(rows)
     units = {name: si_unit(name) for name in table.columns}
     table.columns = [f"{name} [{unit}]" if unit not in ("", "1") else name for name, unit in units.items()]
@@ -128,21 +129,29 @@ def first_and_hardest(whole: RunData) -> tuple[Recomputed, Recomputed] | None:
     return (around(whole, first), around(whole, peak[1])) if first is not None and peak else None
 
 
-def kept_twins(jobs: Sequence[Job], kept: Path, workers: int, force: bool = False) -> dict[str, list[dict[str, Any]]]:
-    """The results of the twins by the names of the cases, run anew where something they depend on has changed since they were
-    kept in a file."""
-    def work(task: tuple[str, Case], tell: Progress) -> dict[str, Any]:
-        return summary_row(compute(task[1], tell))
+def twins_file(job: Job) -> Path:
+    """The file that keeps the answers of the twins of a case."""
+    return kept_in(job.product.parent)/f"{job.name}_twins.json"
 
-    def make() -> dict[str, list[dict[str, Any]]]:
-        tasks = [(job.name, twin) for job in sorted(jobs, key=lambda job: -job.cost) for twin in twin_cases(job.case)]
-        found: dict[str, list[dict[str, Any]]] = {job.name: [] for job in jobs}
-        with tqdm(total=len(tasks), desc="twins", disable=None, leave=False) as bar:
-            for (name, _), row in in_threads(work, tasks, workers):
-                found[name].append(row)
-                bar.update()
-        return found
 
-    depends = {name: x for job in jobs for name, x in stamped(job.product, Path()).items()}
-    rows: dict[str, list[dict[str, Any]]] = kept_json(kept, depends, force, make)
-    return rows
+def kept_twins(jobs: Sequence[Job], workers: int, force: bool = False) -> dict[str, list[dict[str, Any]]]:
+    """The answers of the twins by the names of the cases, in the order of `TWINS`. The twins of a case run anew where something
+    they depend on has changed since their answers were kept."""
+    def work(task: tuple[str, int, Case], tell: Progress) -> dict[str, Any]:
+        return summary_row(compute(task[2], tell))
+
+    depends = {job.name: stamped(job.product, Path()) for job in jobs}
+    stale = [job for job in jobs if force or not is_up_to_date(twins_file(job), depends[job.name])]
+    tasks = [(job.name, k, twin) for job in sorted(stale, key=lambda job: -job.cost) for k, twin in enumerate(twin_cases(job.case))]
+    made: dict[str, dict[int, dict[str, Any]]] = {job.name: {} for job in stale}
+    with tqdm(total=len(tasks), desc="twins", disable=None, leave=False) as bar:
+        for (name, k, _), row in in_threads(work, tasks, workers):
+            made[name][k] = row
+            bar.update()
+
+    def kept(job: Job) -> list[dict[str, Any]]:
+        rows: list[dict[str, Any]] = kept_json(twins_file(job), depends[job.name], job in stale,
+                                               lambda: [row for _, row in sorted(made[job.name].items())])
+        return rows
+
+    return {job.name: kept(job) for job in jobs}

@@ -17,7 +17,7 @@ SUMMARY = (
         "first_peak_N", "first_duration", "first_impulse", "pmax", "patch", "approach")), "pmax",
     "n_left_flange_contact", "n_right_flange_contact", "n_left_wheel_lift_off", "n_right_wheel_lift_off",
     "drift", "drift_relative", "step", "t")
-
+IDENTITY = "case", "exercise", "profiles", "model"      # of a row, which tell its run
 
 CHAOTIC_NOTE = (f"with a range below: chaotic; median and range of the run and of {len(TWINS)} twins, whose starts differ from its "
                 f"own by up to {1e6*max(TWINS):.0f} µm")

@@ -25,20 +25,8 @@ def twin_cases(case: Case) -> list[Case]:
     return [case.replace(initial_Y=case.initial_Y + shift) for shift in TWINS]
 
 
-def is_chaotic(name: str, value: float, twins: Sequence[float]) -> bool:
-    """Whether the twins do not share an answer [SI]: one differs by more than SAME of it, or has it or lacks it alone.
-
-    NaN stands for an answer that did not happen. The start itself moves the farthest places of Y by as much as a twin is moved.
-    """
-    apart = 2*max(TWINS) if name in ("farthest_left", "farthest_right") else 0.0
-    happened = np.isfinite([value, *twins])
-    if not happened.all():
-        return bool(happened.any())
-    return bool(np.abs(np.asarray(twins) - value).max(initial=0.0) > SAME*abs(value) + apart)
-
-
 class Spread(NamedTuple):
-    """A chaotic answer [SI]: median and range of those of the run and its twins that have it; NaN where none has."""
+    """An answer of a run and its twins [SI]: median and range of those that have it; NaN where none has."""
 
     median: float
     least: float
@@ -51,15 +39,40 @@ class Spread(NamedTuple):
 Chaotic = Mapping[str, Mapping[str, Spread]]
 
 
+def spread_of(values: Sequence[float]) -> Spread:
+    """The spread of an answer of a run and its twins; NaN stands for one that did not happen."""
+    have = np.asarray(values, float)[np.isfinite(values)]
+    if not have.size:
+        return Spread(np.nan, np.nan, np.nan, 0, len(values))
+    return Spread(float(np.median(have)), float(have.min()), float(have.max()), len(have), len(values))
+
+
+def is_chaotic(name: str, value: float, twins: Sequence[float]) -> bool:
+    """Whether a run and its twins do not share an answer [SI]: one differs from their median by more than SAME of it, or some have
+    the answer and some lack it.
+
+    NaN stands for an answer that did not happen. The start itself moves the farthest places of Y by as much as a twin is moved.
+    """
+    found = spread_of([value, *twins])
+    apart = 2*max(TWINS) if name in ("farthest_left", "farthest_right") else 0.0
+    farthest = max(found.largest - found.median, found.median - found.least)
+    return 0 < found.having < found.of or farthest > SAME*abs(found.median) + apart
+
+
+def all_spreads(row: Mapping[str, Any], twins: Sequence[Mapping[str, Any]]) -> dict[str, Spread]:
+    """The spreads of all answers of a run that are numbers, by their names: of the answers of the run and of its twins, None for
+    what did not happen."""
+    return {name: spread_of(values) for name, values in samples(row, twins).items()}
+
+
 def spreads(row: Mapping[str, Any], twins: Sequence[Mapping[str, Any]]) -> dict[str, Spread]:
-    """The chaotic answers of a run, by their names: of the answers of the run and of its twins, None for what did not happen."""
-    found = {}
-    for name in row.keys() - {*EXACTNESS}:
-        values = [one.get(name) for one in (row, *twins)]
-        if any(isinstance(value, str | bool) for value in values):
-            continue
-        numbers = np.array([np.nan if value is None else value for value in values], float)
-        if is_chaotic(name, numbers[0], numbers[1:].tolist()):
-            have = numbers[np.isfinite(numbers)]
-            found[name] = Spread(float(np.median(have)), float(have.min()), float(have.max()), len(have), len(numbers))
-    return {name: found[name] for name in row if name in found}
+    """The spreads of the chaotic answers alone."""
+    return {name: spread_of(values) for name, values in samples(row, twins).items()
+            if name not in EXACTNESS and is_chaotic(name, values[0], values[1:])}
+
+
+def samples(row: Mapping[str, Any], twins: Sequence[Mapping[str, Any]]) -> dict[str, list[float]]:
+    """The answers of a run that are numbers, by their names: its own, then those of its twins; NaN for what did not happen."""
+    own = {name: [one.get(name) for one in (row, *twins)] for name in row}
+    return {name: [np.nan if value is None else float(value) for value in values] for name, values in own.items()
+            if not any(isinstance(value, str | bool) for value in values)}
