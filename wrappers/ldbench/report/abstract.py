@@ -35,7 +35,7 @@ FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derai
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
 TABLE: dict[str, int | None] = {
-    "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 2, "F_derailment": 1, "farthest_left": 2,
+    "t_first_LF": 5, "t_first_RF": 5, "t_return": 4, "t_derailment": 2, "F_derailment": 1, "farthest_left": 2,
     "farthest_up": 2, "peak_N_LF": 0, "peak_N_RF": 0, "pmax_LF": 0, "pmax": 0,
     "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
     "drift_relative": None}

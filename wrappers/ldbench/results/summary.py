@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from .answers import answers
-from .quantities import CONTACTS, OUTCOME
+from .quantities import CONTACTS, OUTCOME, Quantity
 from .run_data import RunData
-from .twins import TWINS, Chaotic
+from .twins import SAME, TWINS, Chaotic, Spread
 
 # The rows of the table of all runs, by their names in `quantities.OUTCOME`.
 SUMMARY = (
@@ -16,11 +16,12 @@ SUMMARY = (
     *(f"peak_N_{c}" for c in CONTACTS), *(f"{name}_{c}" for c in ("LF", "RF") for name in (
         "first_peak_N", "first_duration", "first_impulse", "pmax", "patch", "approach")), "pmax",
     "n_left_flange_contact", "n_right_flange_contact", "n_left_wheel_lift_off", "n_right_wheel_lift_off",
-    "drift", "drift_relative", "step", "t")
+    "drift", "drift_relative")
 IDENTITY = "case", "exercise", "profiles", "model"      # of a row, which tell its run
 
-CHAOTIC_NOTE = (f"with a range below: chaotic; median and range of the run and of {len(TWINS)} twins, whose starts differ from its "
-                f"own by up to {1e6*max(TWINS):.0f} µm")
+CHAOTIC_NOTE = (
+    f"with a range: median, least and largest of the run and of {len(TWINS)} twins, whose starts differ from its own by up to "
+    f"{1e6*max(TWINS):.0f} µm, where one of these is more than {100*SAME:g} % from the median")
 
 
 class Shown(NamedTuple):
@@ -44,21 +45,23 @@ class Shown(NamedTuple):
 
 
 def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> Shown:
-    """A result of a row as every table shows it. Of a chaotic one the digits that the range leaves are shown."""
+    """A result of a row as every table shows it, with the range of a chaotic one."""
     known, spread = OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
-    if spread is None:
-        return Shown(known.text(row.get(key), digits))
+    return Shown(known.text(row.get(key), digits)) if spread is None else ranged(known, spread, digits)
+
+
+def ranged(known: Quantity, spread: Spread, digits: int | None = None) -> Shown:
+    """Median and range of a chaotic result, with the digits that the range leaves."""
     width = spread.largest - spread.least
-    median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
     some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
-    return Shown(median, least, largest, some)
+    return Shown(*(known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest)), some)
 
 
 def summary_row(run: RunData) -> dict[str, Any]:
     """The run in one row, SI units; None for what did not happen."""
     known = answers(run)
     numbers = dict.fromkeys((*SUMMARY, *(f"t_peak_{c}" for c in CONTACTS), "t_first_peak_LF", "t_first_peak_RF", "t_unloaded",
-                             "t_pmax", "pmax_contact", "drift_reference", "steps", "end"))
+                             "t_pmax", "pmax_contact", "drift_reference", "step", "steps", "t", "end"))
     return {"case": run.name, "exercise": run.exercise, "profiles": run.pair,
             "model": run.setting("contact", "model") if run.formulation == "elastic" else run.formulation,
             **{name: known[name] for name in numbers}}
