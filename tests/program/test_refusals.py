@@ -50,7 +50,8 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ("&output interval", "dt = 0.001 s, found 1.0E-4")),
     ({"integrator": {"t_end": 1e3, "dt": 1e-9}, "output": {"interval": 1e1}}, ("1e9 steps between rows", "found 1.0E+10")),
     ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ("&output interval", "1e7 rows", "found 1.0E+8")),
-    ({"integrator": {"order": 4, "gamma": 0.6}}, ("&integrator gamma: expected 0.5 with order = 4, found 0.6",)),
+    ({"integrator": {"order": 4, "beta": 0.25}}, ("&integrator beta: expected 0 with order = 4, found 0.25",)),
+    ({"integrator": {"order": 4, "beta": 0.0, "gamma": 0.6}}, ("&integrator gamma: expected 0.5 with order = 4, found 0.6",)),
     # Rigid contacts.
     *(({"contact": {"formulation": "unilateral", "restitution": wrong}}, ("&contact restitution: expected a number from 0.0 to",))
       for wrong in (1.1, -0.1)),

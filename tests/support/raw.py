@@ -87,6 +87,13 @@ class Raw:
             found |= {f"{part}_before": self.c[f"KE_{part}"][rows][0], f"{part}_after": self.c[f"KE_{part}"][rows][-1]}
         return found
 
+    def turned(self, contact: str) -> float:
+        """Impulse of a flange from its first touch until the wheelset moves back [N s]."""
+        first = self.first(contact).start
+        back = first + int(np.argmax({"L": 1, "R": -1}[contact[0]]*self.c["vY"][first:] < 0))
+        until = [float(trapezoid(self.c[f"N_{contact}"][first:k + 1], self.t[first:k + 1])) for k in (back - 1, back)]
+        return float(np.interp(0.0, sorted(self.c["vY"][back - 1:back + 1]), until if self.c["vY"][back] > 0 else until[::-1]))
+
     @cached_property
     def events(self) -> list[tuple[float, str, dict[str, float]]]:
         """Time, kind and other numbers of each event in the results of the file."""

@@ -256,7 +256,7 @@ function difference(first, other, name, start, end) {
   const found = {...mine, low: mine.low.map(() => NaN), high: mine.low.map(() => NaN)};
   for (let k = 0, i = 0; k < mine.low.length; k++) {
     const begin = mine.from[k] + SAME, end = mine.to[k] - SAME;
-    if (end < from[0] || begin > to[last]) continue;
+    if (mine.to[k] < from[0] - SAME || mine.from[k] > to[last] + SAME) continue;
     while (i < last && from[i + 1] <= begin) i++;
     // The bins of the other run from the one in or behind which this bin begins to the one in or before which it ends.
     let theirs = new Reading(low[i], high[i]);
