@@ -16,7 +16,7 @@ SUMMARY = (
     *(f"peak_N_{c}" for c in CONTACTS), *(f"{name}_{c}" for c in ("LF", "RF") for name in (
         "first_peak_N", "first_duration", "first_impulse", "pmax", "patch", "approach")), "pmax",
     "n_left_flange_contact", "n_right_flange_contact", "n_left_wheel_lift_off", "n_right_wheel_lift_off",
-    "drift", "drift_relative")
+    "drift", "drift_relative", "step", "t")
 IDENTITY = "case", "exercise", "profiles", "model"      # of a row, which tell its run
 
 CHAOTIC_NOTE = (
@@ -44,9 +44,9 @@ class Shown(NamedTuple):
         return f"{self.text} ({self.least} to {self.largest}{self.some})" if self.least else self.text
 
 
-def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> Shown:
-    """A result of a row as every table shows it, with the range of a chaotic one."""
-    known, spread = OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
+def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None, known: Quantity | None = None) -> Shown:
+    """A result of a row as every table shows it, with the range of a chaotic one. known: digits and unit where they are others."""
+    known, spread = known or OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
     return Shown(known.text(row.get(key), digits)) if spread is None else ranged(known, spread, digits)
 
 
@@ -54,14 +54,15 @@ def ranged(known: Quantity, spread: Spread, digits: int | None = None) -> Shown:
     """Median and range of a chaotic result, with the digits that the range leaves."""
     width = spread.largest - spread.least
     some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
-    return Shown(*(known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest)), some)
+    median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
+    return Shown(median, least, largest, some)
 
 
 def summary_row(run: RunData) -> dict[str, Any]:
     """The run in one row, SI units; None for what did not happen."""
     known = answers(run)
     numbers = dict.fromkeys((*SUMMARY, *(f"t_peak_{c}" for c in CONTACTS), "t_first_peak_LF", "t_first_peak_RF", "t_unloaded",
-                             "t_pmax", "pmax_contact", "drift_reference", "step", "steps", "t", "end"))
+                             "t_pmax", "pmax_contact", "drift_reference", "steps", "end"))
     return {"case": run.name, "exercise": run.exercise, "profiles": run.pair,
             "model": run.setting("contact", "model") if run.formulation == "elastic" else run.formulation,
             **{name: known[name] for name in numbers}}
