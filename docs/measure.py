@@ -20,7 +20,7 @@ import csv
 import json
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +29,12 @@ import numpy as np
 import ldbench
 from ldbench import Case, ContactInterval, ContactTable, view
 from ldbench._core.files import complete
+from ldbench._core.kept import kept_in
 from ldbench.report import formulations
 from ldbench.results.run_data import RunData, read_all
 from ldbench.results.summary import summary_row
-from quotes import CAUSES
+from ldbench.results.twins import TWINS, spreads
+from quotes import CAUSES, ENDS
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUTS = ROOT/"outputs"
@@ -53,7 +55,7 @@ COMMANDS = {"report": "make report", "validate": "make validate", "variants": "p
 def of_report() -> Values:
     """Results of the ten runs and of the formulations, and the sizes of files."""
     runs = read_all([OUTPUTS/f"{case}.txt" for case in CASES], 1)
-    values = of_runs(runs)
+    values = of_runs(runs, {run.name: json.loads((kept_in(OUTPUTS)/f"{run.name}_twins.json").read_text()) for run in runs})
     kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
 
@@ -70,8 +72,8 @@ def of_report() -> Values:
     return values
 
 
-def of_runs(runs: Iterable[RunData]) -> Values:
-    """Results of the ten runs."""
+def of_runs(runs: Iterable[RunData], twins: Mapping[str, Sequence[Mapping[str, Any]]]) -> Values:
+    """Results of the ten runs; of what the twins of a run do not share median, least, largest and how many have it."""
     values: Values = {}
     rows = {run.name: summary_row(run) for run in runs}
     for name, row in rows.items():
@@ -83,19 +85,24 @@ def of_runs(runs: Iterable[RunData]) -> Values:
     values["drift_relative.free"] = max(row["drift_relative"] for row in free)
     values["drift_relative.ramp"] = max(row["drift_relative"] for row in rows.values() if row["exercise"] == 5)
     for run in runs:
-        pair = run.name[-2:]
-        first = run.first_interval("LF")
-        values |= {f"first.{run.name}.t [ms]": 1e3*rows[run.name]["t_first_LF"], f"first.{run.name}.peak [kN]": 1e-3*first.peak,
-                   f"first.{run.name}.duration [ms]": 1e3*first.duration, f"first.{run.name}.impulse [N s]": first.impulse}
+        name, row, pair = run.name, rows[run.name], run.name[-2:]
+        values |= {f"first.{name}.{what}": scale*row[f"{key}_LF"] for what, key, scale in (
+            ("t [ms]", "t_first", 1e3), ("peak [kN]", "first_peak_N", 1e-3), ("duration [ms]", "first_duration", 1e3),
+            ("impulse [N s]", "first_impulse", 1.0))}
+        key, unit, of, scale = ("t_return", "ms", name, 1e3) if run.exercise < 5 else ("F_derailment", "kN", pair, 1e-3)
+        parted = spreads(row, twins.get(name, ())).get(key)
+        if parted:
+            values |= {f"{key}.{of}.{end} [{unit}]": scale*getattr(parted, end) for end in ENDS}
+            values[f"{key}.{of}.having"] = parted.having
+        else:
+            values[f"{key}.{of} [{unit}]"] = scale*row[key]
         if run.exercise < 5:
-            values[f"t_return.{run.name} [ms]"] = 1e3*rows[run.name]["t_return"]
+            values |= {f"pmax.{name}.{row['pmax_contact']} [GPa]": 1e-9*row["pmax"], f"t_pmax.{name} [ms]": 1e3*row["t_pmax"]}
         if run.exercise == 1:
             for place, (rms, largest) in run.header.table_errors.items():
                 values[f"table.halfspace.{pair}.{place}.rms [%]"] = 100*rms
                 values[f"table.halfspace.{pair}.{place}.largest [%]"] = 100*largest
-        if run.exercise == 5:
-            values[f"F_derailment.{pair} [kN]"] = 1e-3*run.first("derailment").force
-    return values
+    return values | {"twins": len(TWINS)}
 
 
 def of_formulations(found: list[formulations.Outcome]) -> Values:

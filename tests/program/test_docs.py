@@ -69,12 +69,20 @@ def measured() -> dict[str, dict[str, float]]:
 
 
 def test_measured_results_of_the_runs_are_those_of_the_program(shipped, measured):
-    """Drifts are sums of rounding errors and truncation errors, and exercise 5 is chaotic: another processor has others."""
-    found = of_runs([ldbench.read_run(shipped[case].file) for case in CASES])
-    assert found
+    """Drifts are sums of rounding errors and truncation errors: another processor has others. A chaotic answer is one of a range;
+    on another processor the run is one more sample, which is outside of the range of nine by no more than its width."""
+    found = of_runs([ldbench.read_run(shipped[case].file) for case in CASES], {})
+    known, ranges = measured["report"], 0
     for name, value in found.items():
-        loose = 0.3 if name.startswith("drift") and "reference" not in name else 0.015 if name.startswith("F_") else 0.01
-        assert value == pytest.approx(measured["report"][name], rel=loose), f"{name}: run make report and docs/measure.py report"
+        if name in known:
+            loose = 0.3 if name.startswith("drift") and "reference" not in name else 0.01
+            assert value == pytest.approx(known[name], rel=loose), f"{name}: run make report and docs/measure.py report"
+        else:
+            key, _, unit = name.partition(" ")
+            least, median, largest = (known[f"{key}.{end} {unit}"] for end in ("least", "median", "largest"))
+            assert least < median < largest and 2*least - largest <= value <= 2*largest - least, name
+            ranges += 1
+    assert ranges >= 2 and {f"F_derailment.{pair}.median [kN]" for pair in ("aw", "sw")} <= known.keys()
 
 
 def test_measured_results_of_the_validation_are_of_the_same_contact_tables(measured):

@@ -14,20 +14,27 @@ import pytest
 from pypdf import PdfReader
 
 from invented import COARSE, altered
-from ldbench import Case, Error, Event, _core, run
+from ldbench import Case, Error, _core, run
 from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench.report import abstract, formulations, submission
 from ldbench.report.jobs import case_job, run_stale
 from ldbench.report.submission import make_report
 from ldbench.results.answers import answers
 from ldbench.results.run_data import read_data
-from ldbench.results.summary import summary_row
+from ldbench.results.summary import shown, summary_row
+from ldbench.results.twins import Spread, spreads
+from ldbench.runs import compute
 from running import CASES, REPO
 from specimen import World
 
 SENT = {"ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
-KEPT = {"formulations.json", "twins.json", "trust.json"}
+KEPT = {"formulations.json", "trust.json"}
 LONG_AGO = 10**9      # [s]
+
+
+def twins(*names: str) -> set[str]:
+    """Names of the files that keep the answers of twins."""
+    return {f"{name}_twins.json" for name in names}
 
 
 def test_products_are_there_and_nothing_else(world: World):
@@ -58,19 +65,19 @@ def test_up_to_date_is_skipped_and_change_is_not(tmp_path: Path, monkeypatch: py
     for pair in ("aw", "sw"):
         case = Case.exercise(3, pair).replace(**COARSE | {"table_file": "outputs/one.table"}, **profiles, dt=1e-5, t_end=0.03)
         case.to_namelist(f"inputs/ex3_{pair}.nml")
-    assert remake() == {"ex3_aw.txt", "ex3_sw.txt", *SENT, *KEPT}
+    assert remake() == {"ex3_aw.txt", "ex3_sw.txt", *SENT, *KEPT, *twins("ex3_aw", "ex3_sw")}
     assert remake() == set()
     inputs = Path("inputs/ex3_sw.nml")
     Case.from_namelist(inputs).replace(vY=0.9).to_namelist(inputs)
-    assert remake() == {"ex3_sw.txt", *SENT, *KEPT}
+    assert remake() == {"ex3_sw.txt", *SENT, *KEPT, *twins("ex3_sw")}
     columns = Path("outputs/ex3_aw.txt")
     columns.write_text(columns.read_text().replace("1.0", "1.1", 1))
     assert remake() == {"ex3_aw.txt"}      # the same columns again: the rest still holds
 
 
 def test_abstract_of_ten_runs(world: World, tmp_path: Path):
-    """Four pages with all authors, columns and figures; however narrow the columns of ten runs are, each cell is one line; a run
-    whose derailment its twin does not share does not tell the load."""
+    """Four pages with all authors, columns and figures; however narrow the columns of ten runs are, each number is one line; a
+    run whose derailment its twins do not share tells median and range."""
     alike = {}          # the specimen as if both sides were alike, as they are in the submission
     for raw in world.thrown, world.pushed:
         file = tmp_path/"runs"/raw.file.name
@@ -78,19 +85,20 @@ def test_abstract_of_ten_runs(world: World, tmp_path: Path):
         file.write_text(re.sub(r"_profile_right = '.*?'", "_profile_right = ''", raw.text))
         alike[raw.file.stem] = read_data(file)
     last = alike["ex5_aw"]
-    events = (*(event for event in last.events if event.kind != "derailment"), Event(2.987654, "derailment", 271234.0))
-    alike["ex5_aw"] = altered(last, {"events": events})
+    alike["ex5_aw"] = altered(last, results={"t_derailment": 2.987654, "F_derailment": 271234.0})
     ten = {name: "ex5_aw" if name[2] == "5" else "ex2_aw" for name in CASES}
     runs = [altered(alike[source], name=name) for name, source in ten.items()]
     kept = outcomes(world)
     found = [replace(one, case=name, profiles=last.pair) for name in CASES for one in kept if one.case == ten[name]]
     target = tmp_path/"abstract.pdf"
     written = [{"name": "A. Author", "affiliation": "First Institute"}, {"name": "B. Author", "affiliation": "Second Institute"}]
-    abstract.make_abstract(runs, target, found, {"ex5_sw": {"t_derailment": 0.02, "F_derailment": 1500.0}}, written)
+    abstract.make_abstract(runs, target, found, {"ex5_sw": {
+        "t_derailment": Spread(2.976, 2.961, 3.012, 9, 9), "F_derailment": Spread(270.13e3, 268.32e3, 271.31e3, 9, 9)}}, written)
     pages = [page.extract_text() for page in PdfReader(target).pages]
     words = " ".join(" ".join(pages).split())
     assert len(pages) == 4 and all(name in words for name in CASES) and "A. Author" in words and "Second Institute" in words
-    assert "about 271 kN after about 2.99 s" in words and words.count("271.2") == 2 and "~" not in words
+    assert "271.2 kN after 2.99 s" in words and words.count("271.2") == 2 and "~" not in words
+    assert "270.1 (268.3 to 271.3) kN after 2.98 (2.96 to 3.01) s" in words and "268.3–271.3" in words and "2.96–3.01" in words
     assert all(f"Figure {k}" in words and f"Table {k}" in words for k in (1, 2, 3, 4))
     assert set(tmp_path.iterdir()) == {target, tmp_path/"runs"}
     row = next(line for page in pages for line in page.splitlines() if line.startswith("energy drift, relative"))
@@ -148,18 +156,49 @@ def test_values_of_formulations_stand_under_their_pair(world: World):
     assert [text.get_position()[0] for text in heads] == [x for x, _ in cells[1:]]
 
 
-def test_results_that_a_twin_does_not_share_are_chaotic(world: World, tmp_path: Path):
-    """Numbers, counts, and what happens to one of two; exactness and the start itself do not count."""
-    row = {"case": "ex1_aw", "t_return": 0.1, "peak_N_LF": 100e3, "t_first_LF": 0.02, "Y_min": 0.0, "t_derailment": None,
-           "n_left_flange_contact": 1, "drift": 1e-9, "F_derailment": np.nan}
-    twin = row | {"t_return": 0.1002, "peak_N_LF": 100.05e3, "Y_min": 1e-6, "t_derailment": 3.0, "n_left_flange_contact": 2,
-                  "drift": 5e-9}
-    assert submission.chaotic_results(row, twin) == {
-        "t_return": pytest.approx(2e-4), "t_derailment": np.inf, "n_left_flange_contact": 1.0}
-    assert submission.chaotic_results(row, dict(row)) == {}
+def test_answers_that_twins_do_not_share_are_chaotic(world: World, tmp_path: Path):
+    """Numbers, counts, and what happens to some; exactness, texts and the start itself do not count."""
+    row = {"case": "ex1_aw", "t_return": 0.1, "peak_N_LF": 100e3, "t_first_LF": 0.02, "farthest_right": 0.0, "t_derailment": None,
+           "n_left_flange_contact": 1, "drift": 1e-9, "F_derailment": np.nan, "pmax_contact": "LF"}
+    twins = [row | {"t_return": 0.1003, "peak_N_LF": 100.05e3, "farthest_right": -3e-6, "drift": 5e-9, "pmax_contact": "RF"},
+             row | {"t_return": 0.1002, "t_derailment": 3.0, "n_left_flange_contact": 2}]
+    found = spreads(row, twins)
+    assert found == {"t_return": (0.1002, 0.1, 0.1003, 3, 3), "t_derailment": (3.0, 3.0, 3.0, 1, 3),
+                     "n_left_flange_contact": (1.0, 1.0, 2.0, 3, 3)}
+    assert spreads(row, [row, row]) == {} and spreads(row, []) == {}
+    lines = [shown(row, name, {"ex1_aw": found}).line for name in ("t_return", "t_derailment", "n_left_flange_contact", "drift")]
+    assert lines == ["0.10020 (0.10000 to 0.10030)", "3.000 (3.000 to 3.000, 1 of 3)", "1 (1 to 2)", "10⁻⁹"]
     runs = [world.run("ex3_aw"), world.run("ex2_aw")]
-    submission.write_summary(runs, tmp_path/"summary.csv", {"ex2_aw": {"Z_max": 1e-3, "t": 0.1}})
-    assert list(pd.read_csv(tmp_path/"summary.csv").chaotic.fillna("")) == ["", "Z_max t"]
+    rows = [summary_row(run) for run in runs]
+    back = rows[1]["t_return"]
+    submission.write_summary(runs, tmp_path/"summary.csv", {
+        "ex3_aw": [rows[0], rows[0]], "ex2_aw": [rows[1] | {"t_return": back + 0.01}, rows[1] | {"t_return": None}]})
+    table = pd.read_csv(tmp_path/"summary.csv").set_index(["case", "of"])
+    assert table.index.tolist() == [(name, of) for name in ("ex3_aw", "ex2_aw")
+                                    for of in ("run", "median", "least", "largest", "having")]
+    assert table.loc["ex2_aw", "t_return [s]"].tolist() == pytest.approx([back, back + 0.005, back, back + 0.01, 2])
+    assert table.loc["ex3_aw", "t_first_LF [s]"].tolist() == pytest.approx([*[rows[0]["t_first_LF"]]*4, 3])
+    assert set(table.exercise) == {2, 3} and table.loc[("ex2_aw", "run"), "end"] == rows[1]["end"]
+
+
+def test_twins_of_a_changed_case_alone_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The answers of eight starts aside, in their order, are those of runs from there; they are kept by the case."""
+    cases = [Case.exercise(3, "aw").replace(**COARSE | {"table_file": tmp_path/"aw.table"}, dt=1e-5, t_end=t,
+                                              stop_at="t_end", name=name) for name, t in (("ex3_aw", 0.013), ("ex4_aw", 0.012))]
+    jobs = [case_job(case, tmp_path) for case in cases]
+    run_stale(jobs, 1)
+    found = submission.kept_twins(jobs, 2)
+    asides = 1e-9, -1e-9, 1.5e-8, -1.5e-8, 2e-7, -2e-7, 3e-6, -3e-6
+    for case in cases:
+        own = [summary_row(compute(case.replace(initial_Y=aside))) for aside in asides]
+        assert [row["t_first_LF"] for row in found[case.case_name]] == [row["t_first_LF"] for row in own]
+        assert len({row["t_first_LF"] for row in own}) == 8
+    started: list[str] = []
+    monkeypatch.setattr(submission, "compute", lambda case, *rest: started.append(case.case_name) or compute(case, *rest))
+    assert submission.kept_twins(jobs, 2) == found and started == []
+    changed = [jobs[0], case_job(cases[1].replace(vY=0.99), tmp_path)]
+    run_stale(changed, 2)
+    assert submission.kept_twins(changed, 2)["ex3_aw"] == found["ex3_aw"] and started == ["ex4_aw"]*8
 
 
 def test_a_ramp_is_computed_again_and_derails_at_one_load(tmp_path: Path):

@@ -95,7 +95,7 @@ def summary_page(rows: Sequence[dict[str, Any]], chaotic: Chaotic | None = None)
 
     def look(i: int, j: int) -> dict[str, Any]:
         if i and j and cells[i - 1][j - 1].range:
-            return {"fontsize": SMALL, "linespacing": 0.9}
+            return {"fontsize": SMALL, "linespacing": 0.95}
         return {"weight": "normal" if i else "bold"}
 
     draw_table(figure.add_subplot(), lines, [0, *np.linspace(0.24, 1, max(len(rows), 1) + 1)], pad=0.003, look=look)

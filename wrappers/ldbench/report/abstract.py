@@ -35,11 +35,11 @@ FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derai
 
 # Rows of the table of results, by their names in `quantities.OUTCOME`, and decimals where they are other ones.
 TABLE: dict[str, int | None] = {
-    "t_first_LF": 5, "t_first_RF": 5, "t_return": 5, "t_derailment": 2, "F_derailment": 1, "farthest_left": 2,
+    "t_first_LF": 5, "t_first_RF": 5, "t_return": 4, "t_derailment": 2, "F_derailment": 1, "farthest_left": 2,
     "farthest_up": 2, "peak_N_LF": 0, "peak_N_RF": 0, "pmax_LF": 0, "pmax": 0,
     "n_left_wheel_lift_off": 0, "n_right_wheel_lift_off": 0,
     "drift_relative": None}
-
+GPA = OUTCOME["pmax"]._replace(unit="GPa", scale=1e-9, digits=1)
 
 # Where a contact table measures its error, by the names in the header of a column file.
 PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and flange", "going over": "rolling over the rail"}
@@ -111,7 +111,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
         "poisson": f"{first.number('material', 'poisson'):.2f}",
         "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
-        "pressure": pressure_facts(list(rows.values())),
+        "pressure": pressure_facts(list(rows.values()), chaotic),
     }
 
 
@@ -134,7 +134,7 @@ def costs(runs: Sequence[RunData]) -> list[list[str]]:
             ["evaluations of the force", *grouped[1]]]
 
 
-def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
+def pressure_facts(rows: Sequence[dict[str, Any]], chaotic: Chaotic) -> dict[str, Any] | None:
     """What the text says of the largest pressures: of the first contacts of the left flange, and of all contacts; None where no
     pressure is known."""
     known = {name: max(some, key=lambda row: float(row[name])) for name in ("pmax_LF", "pmax")
@@ -142,8 +142,9 @@ def pressure_facts(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
     if len(known) < 2:
         return None
     first, hardest = known["pmax_LF"], known["pmax"]
-    return {"name": first["case"], "first": f"{1e-9*first['pmax_LF']:.1f}", "area": OUTCOME["patch_LF"].text(first["patch_LF"]),
-            "hardest": hardest["case"], "largest": f"{1e-9*hardest['pmax']:.1f}", "contact": CONTACT_NAMES[hardest["pmax_contact"]]}
+    return {"name": first["case"], "first": shown(first, "pmax_LF", chaotic, known=GPA).line, "hardest": hardest["case"],
+            "largest": shown(hardest, "pmax", chaotic, known=GPA).line, "contact": CONTACT_NAMES[hardest["pmax_contact"]],
+            "area": shown(first, "patch_LF", chaotic).line}
 
 
 def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:

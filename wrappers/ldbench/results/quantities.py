@@ -45,7 +45,7 @@ class Quantity(NamedTuple):
 
     def text(self, x: float | None, digits: int | None = None, spread: float = 0.0) -> str:
         """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known within a range of
-        the width `spread`, SI, the digits down to the first one of half of that width are shown, one at least."""
+        the width `spread`, SI, the digits down to the first one of a quarter of that width are shown, one at least."""
         if x is None or not np.isfinite(x):
             return "–"
         shown, places = self.scale*x, self.digits if digits is None else digits
@@ -54,7 +54,7 @@ class Quantity(NamedTuple):
         if places is None:
             places = max(3 - int(np.floor(np.log10(abs(shown)))), 0) if shown else 0
         if 0 < spread < np.inf and shown:
-            places = min(places, int(max(np.ceil(-np.log10(self.scale*spread/2)), -np.floor(np.log10(abs(shown))))))
+            places = min(places, int(max(np.ceil(-np.log10(self.scale*spread/4)), -np.floor(np.log10(abs(shown))))))
         return f"{round(shown, places) if places < 0 else shown:.{max(places, 0)}f}".replace("-", "−")
 
     @property

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from .answers import answers
-from .quantities import CONTACTS, OUTCOME
+from .quantities import CONTACTS, OUTCOME, Quantity
 from .run_data import RunData
-from .twins import TWINS, Chaotic
+from .twins import SAME, TWINS, Chaotic, Spread
 
 # The rows of the table of all runs, by their names in `quantities.OUTCOME`.
 SUMMARY = (
@@ -19,8 +19,9 @@ SUMMARY = (
     "drift", "drift_relative", "step", "t")
 IDENTITY = "case", "exercise", "profiles", "model"      # of a row, which tell its run
 
-CHAOTIC_NOTE = (f"with a range below: chaotic; median and range of the run and of {len(TWINS)} twins, whose starts differ from its "
-                f"own by up to {1e6*max(TWINS):.0f} µm")
+CHAOTIC_NOTE = (
+    f"with a range: median, least and largest of the run and of {len(TWINS)} twins, whose starts differ from its own by up to "
+    f"{1e6*max(TWINS):.0f} µm, where one of these is more than {100*SAME:g} % from the median")
 
 
 class Shown(NamedTuple):
@@ -43,14 +44,17 @@ class Shown(NamedTuple):
         return f"{self.text} ({self.least} to {self.largest}{self.some})" if self.least else self.text
 
 
-def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None) -> Shown:
-    """A result of a row as every table shows it. Of a chaotic one the digits that the range leaves are shown."""
-    known, spread = OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
-    if spread is None:
-        return Shown(known.text(row.get(key), digits))
+def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None, known: Quantity | None = None) -> Shown:
+    """A result of a row as every table shows it, with the range of a chaotic one. known: digits and unit where they are others."""
+    known, spread = known or OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
+    return Shown(known.text(row.get(key), digits)) if spread is None else ranged(known, spread, digits)
+
+
+def ranged(known: Quantity, spread: Spread, digits: int | None = None) -> Shown:
+    """Median and range of a chaotic result, with the digits that the range leaves."""
     width = spread.largest - spread.least
-    median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
     some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
+    median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
     return Shown(median, least, largest, some)
 
 

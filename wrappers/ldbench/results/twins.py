@@ -51,10 +51,10 @@ def is_chaotic(name: str, value: float, twins: Sequence[float]) -> bool:
     """Whether a run and its twins do not share an answer [SI]: one differs from their median by more than SAME of it, or some have
     the answer and some lack it.
 
-    NaN stands for an answer that did not happen. The start itself moves the farthest places of Y by as much as a twin is moved.
+    NaN stands for an answer that did not happen. The start itself moves the farthest places by about as much as a twin is moved.
     """
     found = spread_of([value, *twins])
-    apart = 2*max(TWINS) if name in ("farthest_left", "farthest_right") else 0.0
+    apart = 2*max(TWINS) if name.startswith("farthest_") else 0.0
     farthest = max(found.largest - found.median, found.median - found.least)
     return 0 < found.having < found.of or farthest > SAME*abs(found.median) + apart
 

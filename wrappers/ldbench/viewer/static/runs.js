@@ -40,7 +40,7 @@ function namelist(run) {
 function drawSummary({facts: {summary, note, runs}, address}) {
   get("summary").hidden = !summary.length;
   if (!summary.length) return;
-  const cell = ({text, run, t, with: others, leaning}) => make("td", leaning ? {class: "leaning"} : {}, t === null ? text
+  const cell = ({text, run, t, with: others}) => make("td", {}, t === null ? text
     : make("a", {href: address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
   const heads = runs.slice(0, summary[0].cells.length).map(run =>
     make("th", {}, make("a", {href: address.link(0, [run.name])}, run.name)));
