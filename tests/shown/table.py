@@ -95,7 +95,7 @@ RESULTS: dict[str, Result] = {
     "t_first_centre": Result(passage(0), "first passage of the centre after a flange contact [s]", 1),
     "t_return": Result(passage(-1), "return to the centre after both flanges [s]", 1, "return to the centre [s]"),
     "F_limit_left": Result(lambda r: r.setting("F_limit_left"), "static limit of the lateral force, left [kN]", KN),   # quasistatic
-    "F_unloaded": Result(lambda r: last_load(r), "lateral force at which a wheel lifts for good [kN]", KN, "", 2e-3),
+    "F_unloaded": Result(last_load, "lateral force at which a wheel lifts for good [kN]", KN, "", 2e-3),
     "t_derailment": Result(lambda r: r.t[-1] if end_of_ramp(r) else None, "derailment [s]", 1, "derailment [s]", 5e-4),
     "F_derailment": Result(lambda r: r.c["F_ext"][-1] if end_of_ramp(r) else None, "lateral force at derailment [kN]", KN,
                            "lateral force at derailment [kN]", 5e-4),
@@ -374,7 +374,7 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
         "the first 6": Line(r"the first 6 of (\d+)", "contacts of flanges", lambda w: len(raw.episodes("LF")), 0.02),
         "computed again": Line(r"row at t = (\S+) s, with rows every\s+(\S+) µs", "a row [s], interval [µs]: nearest row",
                                lambda w, m: (raw.t[np.abs(raw.t - float(m[1])).argmin()], 20), often=True),
-        "largest; approach": Line(r"largest; approach (\S+) mm", "approach [mm] at the peak of the first contact or the hardest one",
+        "largest; approach": Line(r"largest; approach (\S+) mm", "approach [mm] at the peak of the first or the hardest contact",
                          lambda w: MM*raw.overlap("LF", first["LF"] if "begins at" in text else int(raw.c["N_LF"].argmax())), 4e-3)}
     return [line for words, line in lines.items() if words in text], PAGE_LABELS
 
@@ -387,7 +387,7 @@ ABSTRACT = [
     Line(r"At (\S+) m/s the inclined", "initial velocity [m/s]", lambda w: w.thrown.c["vY"][0]),
     Line(r"up to (\S+) GPa", "largest pressure of a first contact [GPa]",
          lambda w: 1e-9*w.thrown.peak("LF")[0]/533e-6/FULLNESS[0], 0.05),
-    Line(r"pressure of all runs is (\S+) GPa", "largest pressure [GPa]",
+    Line(r"pressure of all runs is (\S+) \(\S+ to \S+\) GPa", "largest pressure [GPa]: median",
          lambda w: 1e-9*max(raw.result("pmax") for raw in (w.thrown, w.pushed)), 0.2),
     Line(r"(\d+) \(\d+ to \d+\) contacts of the left flange and", "contacts of the left flange: median",
          lambda w: len(w.pushed.episodes("LF")), 0.2),
@@ -428,5 +428,5 @@ ABSTRACT_LABELS = [
     r"(?<=[.\d] )\d (?=The program|Contact geometry|Normal force|Integrator|Results|Limits)", r"References \[1\].*$",
     r"(?:(?<= )[-−]?\d[\d.]* ){3,}", r"\d{15,} y \[mm\](?: [-−\d]+)+", r"0\.1 1 lateral velocity \[m/s\] 1000 10000",
     r"= 1 2[∬∫]", r"𝑘 = 3 4", r"\(1−𝜈2\)", r"𝑈 = 2 5", r"≥0", r"𝛽 =0", r"𝑀−1", r"𝑖=1,…,6", r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
-    r"of 8 twins|up to 3 µm", r"\(\S+ to \S+\)(?: kN| s)?", r"about 1\.6 times", r"tables have [\d× +]+points",
+    r"of 8 twins|up to 3 µm", r"\(\S+ to \S+\)(?: kN| s| GPa)?", r"about 1\.6 times", r"tables have [\d× +]+points",
     r"\(APTA 140M and 240\).*?exercise 5 by up to \S+ %"]          # test_docs: spread.json has what the check measured
