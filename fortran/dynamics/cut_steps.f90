@@ -18,7 +18,7 @@ module cut_steps
     integer :: most_halvings = 20          !! of a step
   end type cutting_type
 
-  !> Who is told of every step, and counts.
+  !> A watcher is told of every step, and counts.
   type, abstract :: step_watcher
     integer(int64) :: cuts = 0             !! number of steps that were cut
     integer(int64) :: missed = 0           !! steps that miss the tolerance after all halvings

@@ -201,7 +201,7 @@ def test_a_long_run(browser: Browser, shipped: dict[str, Run], ex5: Path):
 
 
 def test_difference_of_two_long_runs(browser: Browser, world: World, tmp_path: Path):
-    """Of two files that are equal but for their first rows, at rows that the page does not keep: every difference in the table, in
+    """Two files are equal but for their first rows. At rows that the page does not keep every difference in the table, in
     legends and in the chart of differences is zero or holds it, and a value with all digits is that of the file."""
     raw = world.pushed
     lines = raw.text.splitlines(keepends=True)

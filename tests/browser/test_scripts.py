@@ -85,7 +85,7 @@ EXPRESSIONS = {"N_LF+N_RF": lambda c: c["N_LF"] + c["N_RF"], "aY-aZ": lambda c: 
 
 
 def test_every_row_of_a_long_run(world: World):
-    """Of a run of which the page leaves most rows out: a value with all digits is that of the file, any other lies between the
+    """The page leaves most rows of this run out: a value with all digits is that of the file, any other lies between the
     limits; nothing is told only where the file has nothing, or where a divisor may be zero. Expressions and loads of wheels too."""
     raw, run = world.pushed, world.run("ex5_aw")
     entry = packed(run, CELLS_BESIDE)
@@ -109,7 +109,7 @@ def test_every_row_of_a_long_run(world: World):
 
 
 def test_difference_of_two_long_runs(world: World, tmp_path: Path):
-    """Of two files that are equal but for the first row: zero with all digits, or limits that hold zero, at every row."""
+    """Two files are equal but for the first row. Their difference is zero with all digits, or limits hold zero, at every row."""
     raw = world.pushed
     runs = [packed(run, CELLS_BESIDE) for run in (world.run("ex5_aw"), thinned(raw, tmp_path/"shorter.txt", slice(1, None)))]
     names = [name for name in raw.c if name != "time"]
