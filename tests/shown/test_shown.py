@@ -78,10 +78,12 @@ def test_summary_csv(world: World):
     """In SI, under names with their units. Least, median and largest are those of the run and its twins."""
     for row in csv_rows(world):
         raw = world.raw(row["case"])
-        assert int(row["steps"]) == raw.result("steps") and row["exercise"] == row["case"][2]
+        if row["of"] != "run":
+            continue
+        assert float(row["steps"]) == raw.result("steps") and row["exercise"] == row["case"][2]
         for column, text in row.items():
             key, _, unit = column.partition(" ")
-            if row["of"] != "run" or key in table.CSV_WORDS or key.startswith(("pmax_", "patch_")):
+            if key in table.CSV_WORDS or key.startswith(("pmax_", "patch_")):
                 continue
             truth, expected_unit, slack = table.in_csv(raw, key)
             assert unit == (f"[{expected_unit}]" if expected_unit else ""), column
@@ -99,7 +101,7 @@ def test_summary_csv(world: World):
     runs = [ldbench.run(case.replace(Y=case.Y + shift, table_file=""), table=world.run("ex5_aw").table) for shift in starts]
     for name in "F_derailment", "peak_N_LF", "farthest_up":
         found = [run.results[name] for run in runs]
-        expected = {"run": found[0], "least": min(found), "median": float(np.median(found)), "largest": max(found)}
+        expected = {"run": found[0], "least": min(found), "median": float(np.median(found)), "largest": max(found), "having": 9}
         for row in csv_rows(world):
             if row["case"] == "ex5_aw":
                 number = next(float(text) for column, text in row.items() if column.partition(" ")[0] == name)
@@ -107,13 +109,15 @@ def test_summary_csv(world: World):
 
 
 def chaotic(world: World, name: str, key: str) -> tuple[float, float, float] | None:
-    """Least, median and largest of a result in summary.csv [SI], where they differ enough."""
+    """Least, median and largest of a result in summary.csv [SI], where one is a thousandth off the median."""
     rows = {row["of"]: row for row in csv_rows(world) if row["case"] == name}
     ends = ("least", "median", "largest")
     text = [next(text for column, text in rows[of].items() if column.partition(" ")[0] == key) for of in ends]
-    if "" in text or float(text[0]) == float(text[2]):
+    if "" in text or key in ("drift", "drift_relative", "step"):
         return None
-    return float(text[0]), float(text[1]), float(text[2])
+    least, median, largest = map(float, text)
+    start = 6e-6 if key in ("farthest_left", "farthest_right") else 0.0       # by which the starts themselves differ
+    return (least, median, largest) if max(largest - median, median - least) > 1e-3*abs(median) + start else None
 
 
 def ranges(text: str, words: str) -> list[tuple[str, str]]:
@@ -230,6 +234,11 @@ def test_abstract(world: World):
     lines = abstract_text(world)
     rows = [f"{label.removeprefix('^').removesuffix('.*$')}\\S+ \\S+" if label.endswith(".*$") else label.strip("^$")
             for label in in_a_table(lines, world, "short", {})]
+    # The pressures are those of summary.csv, which go with the forces.
+    pressures = [float(row["pmax_LF [Pa]"]) for name in NAMES for row in csv_rows(world) if (row["case"], row["of"]) == (name, "run")]
+    words = "peak pressure, left flange [MPa]"
+    assert all(agree(cell, 1e-6*x) for cell, x in zip(cells(lines, words), pressures, strict=True))
+    rows.append(rf"{re.escape(words)} \S+ \S+")
 
     def spread(x: list[float]) -> float:
         return 100*max(abs(one/x[0] - 1) for one in x[1:])

@@ -322,8 +322,8 @@ class ContactTable:
                     + (case.table_path() or "not kept in a file"))
         sides = [("", self.accuracy), ("right ", self.accuracy_right)][:1 + (self.accuracy_right != self.accuracy)]
         return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
-                f"equilibrium: axle {self.equilibrium:.6f} m above the rails, {1e3*self.sinking:.4f} mm lower than with rigid contacts, "
-                f"{1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made,
+                f"equilibrium: axle {self.equilibrium:.6f} m above the rails, {1e3*self.sinking:.4f} mm lower than with rigid "
+                f"contacts, {1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made,
                 *(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
                   f"at {counted(error.poses, 'pose')}" for side, errors in sides for place, error in errors.items())]
 

@@ -10,6 +10,7 @@ import numpy as np
 from .._core.calls import Handle
 from .._core.errors import Error
 from ..pressure import CONTACTS, ELEMENTS, Patch, press
+from ..results.contact_intervals import ContactInterval
 from ..results.run_data import RunData
 from ..table import rigid_geometry
 from .outlines import fits, pose
@@ -54,13 +55,10 @@ def hardest(patches: Sequence[Patch]) -> Patch:
     return max(patches, key=lambda patch: patch.largest)
 
 
-def patch_history(run: RunData, contact: str, number: int) -> np.ndarray:
-    """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of the first
-    contact of a flange at about equal intervals; empty where no pressure is known."""
-    first = run.first_interval(contact)
-    if first is None:
-        return np.empty((4, 0))
-    ends = run.time[max(first.rows.start - 1, 0)], run.time[min(first.rows.stop, len(run.time) - 1)]
-    rows = np.unique([*np.searchsorted(run.time, np.linspace(*ends, number + 2)[1:-1]), first.top])
-    found = [(run.time[k], *told(patches)) for k in rows if (patches := known_patches(run, int(k), [contact]))]
+def patch_history(run: RunData, one: ContactInterval, number: int) -> np.ndarray:
+    """Time [s], largest pressure [Pa], area of all patches [m²] and largest approach [m], (4, n), at rows of an interval in which
+    a contact is closed, at about equal intervals; empty where no pressure is known."""
+    ends = run.time[max(one.rows.start - 1, 0)], run.time[min(one.rows.stop, len(run.time) - 1)]
+    rows = np.unique([*np.searchsorted(run.time, np.linspace(*ends, number + 2)[1:-1]), one.top])
+    found = [(run.time[k], *told(patches)) for k in rows if (patches := known_patches(run, int(k), [one.contact]))]
     return np.array(found).reshape(-1, 4).T

@@ -77,7 +77,7 @@ def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
             left.annotate(f"t = {run.time[k]:.4f} s: {label}", (0, 1), xycoords="axes fraction", xytext=(0, 14),
                           textcoords="offset points", fontsize=8, color="#404040", in_layout=False)
     if window is not None:
-        draw_close(body[2], run, first or window)
+        draw_close(body[2], run, first or window, (first.run if first else run).first_interval("LF"))
     draw_impacts(figure.add_subplot(body[3]), run)
     return figure
 
@@ -126,17 +126,19 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
 def hardest_page(run: RunData, hardest: Recomputed) -> Figure:
     """The hardest contact of the left flange, computed again with rows as close as it needs."""
     figure = new_page(f"{run.heading}: {HARDEST}", run.header.title, f"{hardest.words}\n{caption(run)}")
-    draw_close(figure.add_gridspec(1, 1)[0], run, hardest, 3*SOLVED)
+    one = max(hardest.run.intervals("LF", rigid=False) or [], key=lambda one: one.peak, default=None)
+    draw_close(figure.add_gridspec(1, 1)[0], run, hardest, one, 3*SOLVED)
     return figure
 
 
-def draw_close(place: SubplotSpec, run: RunData, shown: Window | Recomputed, number: int = SOLVED) -> None:
-    """The panels around an impact in a place of a page; its patch is solved at `number` instants."""
+def draw_close(place: SubplotSpec, run: RunData, shown: Window | Recomputed, one: ContactInterval | None,
+               number: int = SOLVED) -> None:
+    """The panels around a contact `one` of the left flange in a place of a page; its patch is solved at `number` instants."""
     fine, window = (shown.run, shown.window) if isinstance(shown, Recomputed) else (run, shown)
     page = Page("", CLOSE).of(fine)
     if page is None:
         return
-    pressed = patch_history(fine, "LF", number)
+    pressed = patch_history(fine, one, number) if one else np.empty((4, 0))
     axes = draw_columns(place, fine, page.columns, window, alone=False, spare=int(pressed.size > 0))
     if pressed.size:
         draw_patch(axes[:, -1], pressed, window)
