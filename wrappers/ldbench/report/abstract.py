@@ -20,7 +20,7 @@ from ..plots.style import ldbench_style
 from ..results.columns import read_toml
 from ..results.quantities import CONTACT_NAMES, OUTCOME, scientific
 from ..results.run_data import RETURNED, RunData
-from ..results.summary import CHAOTIC_NOTE, Shown, shown, summary_row
+from ..results.summary import CHAOTIC_NOTE, shown, summary_row
 from ..results.twins import Chaotic
 from . import formulations
 
@@ -80,7 +80,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
     return {
         "version": first.header.version,
         "names": [run.name for run in runs],
-        "table": [[OUTCOME[key].brief, *(table_cell(shown(row, key, chaotic, digits)) for row in rows.values())]
+        "table": [[OUTCOME[key].brief, *(shown(row, key, chaotic, digits)._asdict() for row in rows.values())]
                   for key, digits in TABLE.items()],
         "chaotic": CHAOTIC_NOTE if any(key in TABLE for found in chaotic.values() for key in found) else "",
         "costs": costs(runs),
@@ -95,7 +95,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
         "corners": [{"name": run.name, "times": TIMES.get(n, f"{n} times")} for run in loose if (
             n := sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right")))],
-        "exponents": exponents({run: rows[run]["first_peak_N_LF"] for run in loose}),
+        "exponents": exponents(rows),
         **{f"drift_{group}": scientific(max([rows[run]["drift_relative"] for run in own], default=0.0))
            for group, own in groups.items()},
         **{f"steps_{group}": sorted({f"{1e6*rows[run]['step']:.3g}" for run in own}, key=float) for group, own in groups.items()},
@@ -113,11 +113,6 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
         "pressure": pressure_facts(list(rows.values()), chaotic),
     }
-
-
-def table_cell(number: Shown) -> dict[str, str]:
-    """A number and its range for the table of results."""
-    return {"text": number.text, "range": number.range}
 
 
 def listed(runs: Sequence[RunData], name: str) -> str:
@@ -159,15 +154,14 @@ def percent(share: float) -> str:
     return f"{100*share:#.2g}".rstrip(".") + " %"
 
 
-def exponents(peaks: Mapping[RunData, float | None]) -> list[dict[str, str]]:
-    """The power of the initial velocity with which the first flange peak [N] grows, from the slowest to the fastest run."""
+def exponents(rows: Mapping[RunData, Mapping[str, Any]]) -> list[dict[str, str]]:
+    """The power of the initial velocity with which the first flange peak grows, from the slowest to the fastest run of a pair."""
     found = []
-    for own in by_pair([run for run, peak in peaks.items() if peak is not None]).values():
-        by_speed = {float(run.values("vY")[0]): peaks[run] for run in own}
-        if len(by_speed) > 1:
-            slow, fast = min(by_speed), max(by_speed)
-            power = np.log((by_speed[fast] or np.nan)/(by_speed[slow] or np.nan))/np.log(fast/slow)
-            found.append({"name": own[0].pair, "value": f"{power:.2f}"})
+    for own in by_pair([run for run in free([*rows]) if rows[run]["first_peak_N_LF"] is not None]).values():
+        peaks = sorted((run.values("vY")[0], rows[run]["first_peak_N_LF"]) for run in own)
+        speed, force = np.log(peaks[-1]) - np.log(peaks[0])
+        if speed > 0:
+            found.append({"name": own[0].pair, "value": f"{force/speed:.2f}"})
     return found
 
 

@@ -25,37 +25,29 @@ CHAOTIC_NOTE = (
 
 
 class Shown(NamedTuple):
-    """A result as tables show it: the number, or the median of a chaotic one with its range."""
+    """A result as it is shown."""
 
-    text: str
-    least: str = ""
-    largest: str = ""
-    some: str = ""      # ', 5 of 9' where not all twins have it
-
-    @property
-    def range(self) -> str:
-        """The range in little room: '268–271'; '' of a number that is not chaotic."""
-        dash = "…" if self.largest.startswith("−") else "–"
-        return f"{self.least}{dash}{self.largest}{self.some}" if self.least else ""
-
-    @property
-    def line(self) -> str:
-        """Number and range in words: '270 (268 to 271)'."""
-        return f"{self.text} ({self.least} to {self.largest}{self.some})" if self.least else self.text
+    text: str       # the number, or the median of a chaotic one
+    range: str      # in little room: '268–271', or '268–271, 5 of 9' where not all twins have it; '' of one that is not chaotic
+    line: str       # number and range: '270 (268 to 271)'
 
 
 def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None, known: Quantity | None = None) -> Shown:
     """A result of a row as every table shows it, with the range of a chaotic one. known: digits and unit where they are others."""
     known, spread = known or OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
-    return Shown(known.text(row.get(key), digits)) if spread is None else ranged(known, spread, digits)
+    if spread:
+        return ranged(known, spread, digits)
+    text = known.text(row.get(key), digits)
+    return Shown(text, "", text)
 
 
 def ranged(known: Quantity, spread: Spread, digits: int | None = None) -> Shown:
     """Median and range of a chaotic result, with the digits that the range leaves."""
     width = spread.largest - spread.least
-    some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
     median, least, largest = (known.text(x, digits, width) for x in (spread.median, spread.least, spread.largest))
-    return Shown(median, least, largest, some)
+    some = f", {spread.having} of {spread.of}" if spread.having < spread.of else ""
+    dash = "…" if largest.startswith("−") else "–"
+    return Shown(median, f"{least}{dash}{largest}{some}", f"{median} ({least} to {largest}{some})")
 
 
 def summary_row(run: RunData) -> dict[str, Any]:
