@@ -309,7 +309,7 @@ def test_page_of_two_sides(two_runs: tuple[RunData, RunData], tmp_path: Path):
             assert browser.log() == []
             found.append(browser.run("""
               const run = ldbench.runs[0], outline = ldbench.shapes[run.shape], pose = run.pose((run.start + run.end) / 2);
-              const gap = (name, side) => ldbench.scene.gap(outline[name], run, pose, side).gap, points = {};
+              const gap = (name, side) => ldbench.scene.lateralGap(outline[name], run, pose, side).gap, points = {};
               for (const c of ["LT", "LF", "RT", "RF"]) {
                 const t = run.t.find(t => run.contact(c, t));
                 if (t === undefined) continue;
