@@ -114,7 +114,8 @@ def test_every_number_of_the_page(page: Browser, world: World):
           for unit, factor in ([("MN", 1e-6)] if raw.peak(contact)[0] > 1e6 else [("kN", 1e-3)]))]
     rows = [result.words for result in RESULTS.values()] + [words for both in PRESSED.values() for words in both]
     labels = [CRC, *(rf"^{re.escape(words)} .*$" for words in (*rows, *COLUMNS)),      # the tests of both tables
-              r"of 8 twins|up to 3 µm|than 0\.1 %", r"^(?:displacement|roll|gap) ×(?:\n\d+)+$", r"^speed(?:\n1:\d+)+$", r"^Exercise \d"]
+              r"of 8 twins|up to 3 µm|than 0\.1 %",
+              r"^(?:displacement|roll|gap) ×(?:\n\d+)+$", r"^speed(?:\n1:\d+)+$", r"^Exercise \d"]
     assert differing(text, lines, world, labels) == []
 
 
