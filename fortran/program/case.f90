@@ -2,10 +2,10 @@
 !>
 !> `list_variables` lists all namelist variables with group, name, admissible range, unit and meaning. Reading, checking, the
 !> header of the column files and `--help` use this list. Defaults are the values of the call or, where it has none, plain ones.
-!> They stand in the declaration of `case_type`; the default extent of the contact table stands in `service_poses`.
+!> They stand in the declaration of `case_type`; the default extent of the contact table stands in `contact_law`.
 module case
   use kinds, only: dp
-  use service_poses, only: extent_type, floored_force
+  use contact_law, only: extent_type, floored_force
   use system, only: default_folder, last_slash
   use text, only: shortest, str
   implicit none
@@ -56,7 +56,6 @@ module case
     character(text_length) :: table_file = ''
     type(extent_type) :: extent
     real(dp) :: accuracy = 2e-3_dp
-    integer :: n_lateral = 360, n_roll = 160, n_depth = 40
     ! &integrator
     integer :: order = 2
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
@@ -165,10 +164,6 @@ contains
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
       'rms error allowed to a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
-    call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, &
-      'largest number of lateral points in a zone, of the strips and of the ratio of half-spaces to them')
-    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'largest number of points of the roll angle, of each')
-    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'largest number of points of the root of the penetration, of each')
     call all%add('integrator', 'order', c%order, 2, 6, &
       'order of the steps: 2 (Newmark), 4 or 6 (explicit)')
     call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', &

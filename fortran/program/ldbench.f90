@@ -12,7 +12,7 @@ program ldbench
   use run_monitor, only: run_type
   use run_results, only: summary
   use run_setup, only: setup_type
-  use run_tables, only: free_tables
+  use run_tables, only: free_tables, keep_tables
   use simulation, only: prepare, simulate
   use system, only: c_exit, survive_long_files, write_output
   use text, only: line_type, read_lines
@@ -74,6 +74,7 @@ contains
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
     if (.not. allocated(error)) call finish_columns(c, result, columns, error)
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, setup, error)
     call columns%file%abandon()
     call watcher%clear()
     if (.not. allocated(error)) then

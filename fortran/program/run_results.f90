@@ -86,8 +86,7 @@ contains
     items = result_list('', '', '')
     call list_setup(c, setup, items)
     call list_outcome(c, run, items)
-    call items%add('', [setup%table_seconds], '', 'processor time [s]: table #', 'f0.2')
-    call items%add('', [run%seconds], '', merge(' (found)', ' (built)', setup%table_found)//', integration #'//newline, 'f0.2')
+    call items%add('', [setup%seconds, run%seconds], '', 'processor time [s]: preparation #, integration #'//newline, 'f0.2')
     lines = lines//items%sentences
     call wrap(lines)
     lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//trim(merge(' ', 's', run%rows == 1))//newline

@@ -18,7 +18,7 @@ module simulation
   use row_sink, only: on_grid, row_writer
   use run_monitor, only: run_monitor_type, run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
-  use run_tables, only: load_or_build_tables
+  use run_tables, only: open_tables
   implicit none
   private
   public :: prepare, simulate
@@ -35,7 +35,7 @@ contains
     call place_sides(c, setup, error)
     if (allocated(error)) return
     setup%modes = merge(3, 1, c%formulation == 'elastic')
-    if (c%formulation == 'elastic') call load_or_build_tables(c, setup, error, watcher)
+    if (c%formulation == 'elastic') call open_tables(c, setup, error)
     if (.not. allocated(error)) call set_wheelset(c, setup, error)
   end subroutine prepare
 
