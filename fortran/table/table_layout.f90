@@ -22,8 +22,10 @@ module table_layout
   ! The path of the contact is followed in steps over the shifts from which a flange is reached [m].
   real(dp), parameter :: step = 0.25e-3_dp, reach = 20e-3_dp
   real(dp), parameter :: outer_u = 2e-3_dp      ! beyond [m]
-  ! A kink of the path has another place at another roll angle: its cells are short as far as this [m].
-  real(dp), parameter :: widening = 1e-3_dp
+  ! A kink of the path has another place at another roll angle: the path is followed at so many to either side, and cells are short
+  ! as far as this from a kink [m].
+  integer, parameter :: path_rolls = 2
+  real(dp), parameter :: widening = 0.5e-3_dp
   ! Cells of the roll angle, where the wheelset stands on both rails and where it goes over one [rad].
   real(dp), parameter :: shortest_roll = 2e-3_dp, longest_roll = 8e-3_dp, upright = 0.02_dp
   ! The root of the penetration: its points, and the first one that is solved, of the last one. Smaller patches would show
@@ -107,30 +109,31 @@ contains
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: fineness       !! factor on the length of cells
     real(dp), allocatable :: u(:)
-    integer, parameter :: n = nint(reach/step)
-    real(dp) :: station(-n:n), cell(-n:n), across(2), centre(2), shift, move, x
+    integer, parameter :: n = nint(reach/step), wide = nint(widening/step)
+    real(dp) :: station(-n:n), cell(-n:n), across(2), centre(2), shift, move, roll, x
     type(scan_type) :: scan
     logical :: ok(-n:n)
-    integer :: i, k
+    integer :: i, j, k
 
     scan = new_scan(law%side%pair)
     across = [-t%along(2), t%along(1)]
-    shift = 0.02_dp
-    do i = -n, n
-      scan%fresh = i == -n
-      centre = (t%origin(1) + i*step)*t%along + (t%origin(2) + shift)*across - t%pole
-      call touch(law%side%pair, scan, zone%first, zone%last, centre, 0.0_dp, zone%alpha, move, station(i), ok(i))
-      if (ok(i)) shift = shift + move
-    end do
     cell = longest_u
-    do i = -n, n - 1
-      if (.not. (ok(i) .and. ok(i + 1))) cycle
-      x = max(shortest_u, travel*step/max(abs(station(i + 1) - station(i)), tiny(x)))
-      associate (wide => nint(widening/step))
+    do j = -path_rolls, path_rolls
+      roll = upright*j/path_rolls
+      shift = 0.02_dp
+      do i = -n, n
+        scan%fresh = i == -n
+        centre = (t%origin(1) + i*step)*t%along + (t%origin(2) + shift)*across - rolled(t%pole, roll)
+        call touch(law%side%pair, scan, zone%first, zone%last, centre, roll, zone%alpha, move, station(i), ok(i))
+        if (ok(i)) shift = shift + move
+      end do
+      do i = -n, n - 1
+        if (.not. (ok(i) .and. ok(i + 1))) cycle
+        x = max(shortest_u, travel*step/max(abs(station(i + 1) - station(i)), tiny(x)))
         do k = max(-n, i - wide), min(n, i + 1 + wide)
           cell(k) = min(cell(k), x)
         end do
-      end associate
+      end do
     end do
     ! Cells grow by at most a half from one to the next.
     do i = -n + 1, n

@@ -8,6 +8,7 @@ module zone_influence
   use contact_law, only: law_type
   use halfspace_patches, only: force_between, influence_between, patches_type, press_patches
   use kinds, only: dp
+  use linear_solver, only: solve_linear
   use patch_grids, only: elements_type
   use station_scan, only: new_scan, scan_depth, scan_type
   implicit none
@@ -22,27 +23,29 @@ module zone_influence
 
 contains
 
-  !> Influences of the zones before zone j on zone j [m/N], 0 for the others. `ok` is false if a solution did not converge.
-  subroutine find_influences(law, elements, j, pose, influence, ok)
+  !> Influences of the zones before zone j on zone j [m/N], 0 for the others, in a wheel that ends with zone j. So they are smooth
+  !> where a zone behind it begins to carry. `ok` is false if a solution did not converge.
+  subroutine find_influences(law, elements, j, pose, known, influence, ok)
     type(law_type), intent(in) :: law
     type(elements_type), intent(in) :: elements
     integer, intent(in) :: j
     real(dp), intent(in) :: pose(3)            !! [m, rad]
+    real(dp), intent(in) :: known(:, :)        !! influences of the zones before j on each other, (zone, zone) [m/N]
     real(dp), intent(out) :: influence(:)      !! (zone)
     logical, intent(out) :: ok
     type(scan_type) :: scan
     type(patches_type) :: patches
-    real(dp) :: mean, load(2), angle, part(2), force(size(influence))
+    real(dp) :: mean, load(2), angle, part(2), force(j)
     integer :: i, order(2)
 
     influence = 0
-    associate (pair => law%side%pair, zones => law%side%zones)
+    associate (pair => law%side%pair, zones => law%side%zones(:j))
       scan = new_scan(pair)
       call scan_depth(pair, pose(:2), pose(3), minval(zones%first), maxval(zones%last), scan)
       call press_patches(pair, elements, minval(zones%first), maxval(zones%last), pose(:2), pose(3), scan, patches)
       ok = patches%ok
       if (patches%n == 0) return
-      force = [(along_zone(law, patches, i), i=1, size(zones))]
+      force = [(along_zone(law, patches, i), i=1, j)]
       do i = 1, j - 1
         order = [i, j]
         call influence_between(pair, elements, scan, patches, zones(order)%first, zones(order)%last, mean, load, angle)
@@ -51,10 +54,11 @@ contains
         part = cos(angle + pose(3) - zones(order)%alpha)
         where (load > 0) part = force(order)/load
         if (all(part > 0)) influence(i) = mean/product(part)
-        if (count(force > 0) == 2 .and. all(force(order) > 0) .and. influence(i) > 0) &
-          call match_energy(law, elements, order, pose, patches%energy, force(order), influence(i), ok)
       end do
     end associate
+    if (force(j) > 0 .and. any(force(:j - 1) > 0 .and. influence(:j - 1) > 0)) &
+      call match_energy(law, elements, pack([(i, i=1, j)], force > 0), pose, patches%energy, pack(force, force > 0), known, &
+      influence, ok)
   end subroutine find_influences
 
   !> Force [N] of the loads of a zone along w.
@@ -79,44 +83,61 @@ contains
     across = [-sin(law%side%zones(z)%alpha), cos(law%side%zones(z)%alpha)]
   end function across
 
-  !> Change the influence c of two zones so that coupled they have the energy of the whole wheel. It stays where one of them carries
-  !> so little that the energy does not tell: c minimises (error of the energy/noise)^2 + (c/mean influence - 1)^2.
-  subroutine match_energy(law, elements, z, pose, whole, carried, c, ok)
+  !> Multiply the influences on the last of some zones by a factor, so that coupled they have the energy of the whole wheel. It is
+  !> about 1 where one of them carries so little that the energy does not tell: it minimises
+  !> (error of the energy/noise)^2 + (factor - 1)^2.
+  subroutine match_energy(law, elements, z, pose, whole, carried, known, influence, ok)
     type(law_type), intent(in) :: law
     type(elements_type), intent(in) :: elements
-    integer, intent(in) :: z(2)                !! the zones
+    integer, intent(in) :: z(:)                !! the zones that carry
     real(dp), intent(in) :: pose(3)
     real(dp), intent(in) :: whole              !! energy of the whole wheel [J]
-    real(dp), intent(in) :: carried(2)         !! forces of the zones in the whole wheel [N]
-    real(dp), intent(inout) :: c               !! [m/N]
+    real(dp), intent(in) :: carried(:)         !! forces of the zones in the whole wheel [N]
+    real(dp), intent(in) :: known(:, :)        !! influences of the zones before the last one on each other, (zone, zone) [m/N]
+    real(dp), intent(inout) :: influence(:)    !! on the last one, (zone) [m/N]
     logical, intent(inout) :: ok
     real(dp), parameter :: noise = 1e-3_dp     ! of the energies, relative
-    real(dp), parameter :: least = 0.2_dp      ! of the mean influence
+    real(dp), parameter :: least = 0.2_dp      ! factor
     real(dp), parameter :: close = 0.02_dp     ! changes of shifts after which the zones are not pressed again, of their reach
     integer, parameter :: most_pressed = 4, most_steps = 20
-    type(law_about) :: alone(2)
-    real(dp) :: mean, shift(2), force(2), error, step, weight
-    integer :: k, pressed, iter
+    type(law_about) :: alone(size(z))
+    real(dp), dimension(size(z)) :: shift, force
+    real(dp) :: c(size(z), size(z)), factor, error, step, weight, slope
+    integer :: k, n, pressed, iter
 
-    mean = c
-    shift = c*carried([2, 1])
+    n = size(z)
+    factor = 1
+    c = known(z, z)
+    call set_last()
+    shift = matmul(c, carried)
     do pressed = 1, most_pressed
-      do k = 1, 2
+      do k = 1, n
         call press_lowered(law, elements, z(k), pose, shift(k), alone(k), ok)
         if (alone(k)%energy <= 0) return
       end do
       do iter = 1, most_steps
         call share_load(alone, c, shift, force)
-        error = sum(energy_of(alone, shift)) + c*product(force) - whole
-        ! The energy of the coupled zones falls by the product of the forces times a change of c.
-        weight = (noise*whole/mean)**2
-        step = (product(force)*error + weight*(mean - c))/(product(force)**2 + weight)
-        c = max(least*mean, min(c + step, 2*c))
-        if (abs(step) < 1e-3_dp*c) exit
+        error = sum(energy_of(alone, shift)) + dot_product(force, matmul(c, force))/2 - whole
+        ! The energy of the coupled zones falls by this slope times a change of the factor.
+        slope = dot_product(force(:n - 1), influence(z(:n - 1)))*force(n)
+        weight = (noise*whole)**2
+        step = (slope*error + weight*(1 - factor))/(slope**2 + weight)
+        factor = max(least, min(factor + step, 2*factor))
+        call set_last()
+        if (abs(step) < 1e-3_dp*factor) exit
       end do
       call share_load(alone, c, shift, force)
       if (all(abs(shift - alone%here) < close*alone%reach)) exit
     end do
+    influence = factor*influence
+
+  contains
+
+    subroutine set_last()
+      c(n, :n - 1) = factor*influence(z(:n - 1))
+      c(:n - 1, n) = c(n, :n - 1)
+    end subroutine set_last
+
   end subroutine match_energy
 
   !> Press a zone alone whose surface is lowered.
@@ -156,24 +177,28 @@ contains
     force_of = 2.5_dp*alone%energy/alone%reach*max(0.0_dp, 1 - (shift - alone%here)/alone%reach)**1.5_dp
   end function force_of
 
-  !> Shifts and forces of two zones that lower the surface of each other: shift = c*force of the other, by Newton's method.
+  !> Shifts and forces of zones that lower the surface of each other: shift_i = sum c_ij force_j, by Newton's method.
   pure subroutine share_load(alone, c, shift, force)
-    type(law_about), intent(in) :: alone(2)
-    real(dp), intent(in) :: c
-    real(dp), intent(inout) :: shift(2)
-    real(dp), intent(out) :: force(2)
-    real(dp) :: stiffness(2), rest(2), step(2), det
-    integer :: iter
+    type(law_about), intent(in) :: alone(:)
+    real(dp), intent(in) :: c(:, :)            !! influences, 0 on the diagonal [m/N]
+    real(dp), intent(inout) :: shift(:)
+    real(dp), intent(out) :: force(:)
+    integer, parameter :: patience = 12, most = 60
+    real(dp) :: a(size(shift), size(shift)), step(size(shift)), stiffness
+    integer :: iter, j
+    logical :: ok
 
-    do iter = 1, 60
+    do iter = 1, most
       force = force_of(alone, shift)
-      stiffness = 3.75_dp*alone%energy/alone%reach**2*sqrt(max(0.0_dp, 1 - (shift - alone%here)/alone%reach))
-      rest = c*force([2, 1]) - shift
-      ! d(shift) + c*stiffness of the other*d(shift of the other) = rest.
-      det = 1 - c**2*product(stiffness)
-      if (abs(det) < 0.1_dp) det = sign(0.1_dp, det)
-      step = (rest - c*stiffness([2, 1])*rest([2, 1]))/det
-      if (iter > 12) step = step/2
+      step = matmul(c, force) - shift
+      do j = 1, size(shift)
+        stiffness = 3.75_dp*alone(j)%energy/alone(j)%reach**2*sqrt(max(0.0_dp, 1 - (shift(j) - alone(j)%here)/alone(j)%reach))
+        a(:, j) = c(:, j)*stiffness
+        a(j, j) = 1
+      end do
+      call solve_linear(a, step, ok)
+      if (.not. ok) exit
+      if (iter > patience) step = step/2
       shift = shift + step
       if (all(abs(step) < 1e-6_dp*alone%reach)) exit
     end do
