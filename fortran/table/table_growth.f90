@@ -8,7 +8,7 @@ module table_growth
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use bspline, only: axis_basis, axis_cell, basis_type
   use contact_law, only: law_type
-  use contact_table, only: find_roll, table_type, wheel_potential
+  use contact_table, only: table_type, wheel_potential
   use contact_zones, only: zone_type
   use halfspace_patches, only: patches_type, press_patches
   use kinds, only: dp
@@ -16,10 +16,9 @@ module table_growth
   use station_scan, only: new_scan, scan_depth, scan_type, touch
   use strip_law, only: zone_energy
   use wheel_rail_pair, only: rolled
-  use zone_coupling, only: evaluate
   use zone_influence, only: find_influences
-  use zone_tables, only: find_touching, gap_of_energy, gap_of_height, gap_of_influence, gap_type, height, inside, missing, &
-    roll_type, touching_type, zone_pose
+  use zone_tables, only: gap_of_energy, gap_of_height, gap_of_influence, gap_type, height, missing, roll_type, &
+    zone_pose
   implicit none
   private
   public :: grown_potential
@@ -52,7 +51,7 @@ contains
   end subroutine grown_potential
 
   !> Solve what a gap of a table needs.
-  recursive subroutine fill(table, gap)
+  subroutine fill(table, gap)
     type(table_type), intent(inout) :: table
     type(gap_type), intent(in) :: gap
     integer :: i, j, k
@@ -128,7 +127,7 @@ contains
   end subroutine fill_energy
 
   !> Fill a coefficient of the influence of a pair.
-  recursive subroutine fill_influence(table, n, i, j, k)
+  subroutine fill_influence(table, n, i, j, k)
     type(table_type), intent(inout) :: table
     integer, intent(in) :: n, i, j, k      !! pair; coefficient over p, roll, u
     integer :: l, m, v
@@ -212,11 +211,11 @@ contains
 
   !> Influence [m/N] of a pair at a point of its axes. All pairs with the same second zone have the same points, and their
   !> influences come from one solution.
-  recursive real(dp) function influence_at(table, n, i, j, k) result(c)
+  real(dp) function influence_at(table, n, i, j, k) result(c)
     type(table_type), intent(inout) :: table
     integer, intent(in) :: n, i, j, k      !! pair; point of p, of roll, of u
     real(dp), parameter :: least_depth = 0.2_dp   ! of the first point, at which nothing would carry, of the second one
-    real(dp) :: pose(3), h, influence(size(table%zones)), known(size(table%zones), size(table%zones))
+    real(dp) :: pose(3), h, influence(size(table%zones))
     logical :: ok
     integer :: m
 
@@ -225,15 +224,7 @@ contains
       if (.not. ieee_is_nan(c)) return
       h = height_of(table, second, pair%roll%x(j), min(pair%u%x(k), table%zones(second)%u%high))
       pose = zone_pose(table%zones(second), pair%u%x(k), h - max(pair%p%x(i), least_depth*pair%p%x(2)), pair%roll%x(j))
-      known = 0
-      do m = 1, size(table%pairs)
-        associate (zone => table%pairs(m)%zone)
-          if (zone(2) >= second) cycle
-          known(zone(1), zone(2)) = influence_in(table, m, pose)
-          known(zone(2), zone(1)) = known(zone(1), zone(2))
-        end associate
-      end do
-      call find_influences(table%law, elements(table%law), second, pose, known, influence, ok)
+      call find_influences(table%law, elements(table%law), second, pose, influence, ok)
       call count_solution(table, ok)
       do m = 1, size(table%pairs)
         associate (other => table%pairs(m))
@@ -243,35 +234,6 @@ contains
       c = pair%c_at(i, j, k)
     end associate
   end function influence_at
-
-  !> Influence [m/N] of a pair in a pose; 0 if its second zone does not touch.
-  recursive real(dp) function influence_in(table, n, pose) result(c)
-    type(table_type), intent(inout) :: table
-    integer, intent(in) :: n
-    real(dp), intent(in) :: pose(3)
-    type(roll_type) :: roll, opposite
-    type(touching_type) :: z
-    type(gap_type) :: gap
-    real(dp) :: v(10)
-    integer :: cell(3), status
-
-    c = 0
-    call find_roll(table, pose(3), .false., roll, opposite, status)
-    if (status /= inside) return
-    z%zone = table%pairs(n)%zone(2)
-    do
-      call find_touching(table%zones(z%zone), pose, roll, .false., z, status, gap)
-      if (status /= missing) exit
-      call fill(table, gap)
-    end do
-    if (status /= inside .or. z%p <= 0) return
-    do
-      call evaluate(table%pairs(n), z, roll, .false., v, cell)
-      if (.not. ieee_is_nan(v(1))) exit
-      call fill(table, gap_type(gap_of_influence, n, cell))
-    end do
-    c = max(0.0_dp, v(1))
-  end function influence_in
 
   !> h [m] of a zone's spline.
   real(dp) function height_of(table, z, roll, u) result(h)

@@ -33,7 +33,7 @@ module table_layout
   integer, parameter :: points_q = 16
   real(dp), parameter :: first_q = 0.047_dp, grading = 1.25_dp
   ! The influence of zones on each other hardly depends on the load: its cells [m, rad], and points of the penetration, of the largest.
-  real(dp), parameter :: pair_u = 0.5e-3_dp, pair_roll = 5e-3_dp
+  real(dp), parameter :: pair_u = 0.5e-3_dp, pair_roll = 10e-3_dp
   real(dp), parameter :: pair_depths(*) = [0.0_dp, 0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp, 0.24_dp, 0.34_dp, 0.45_dp, 0.6_dp, &
     0.8_dp, 1.0_dp]
   ! Of cells for an accuracy of 2e-3; the error of a spline goes with the fourth power of its cells.

@@ -14,7 +14,7 @@ module zone_coupling
     touching_type, zone_table
   implicit none
   private
-  public :: pair_table, coupling_type, find_influence, evaluate, press_together, add_coupling
+  public :: pair_table, coupling_type, find_influence, press_together, add_coupling
 
   !> Influence c of two zones on each other: a force on one lowers the surface of the other by c times the force.
   type :: pair_table

@@ -25,18 +25,18 @@ contains
 
   !> Influences of the zones before zone j on zone j [m/N], 0 for the others, in a wheel that ends with zone j. So they are smooth
   !> where a zone behind it begins to carry. `ok` is false if a solution did not converge.
-  subroutine find_influences(law, elements, j, pose, known, influence, ok)
+  recursive subroutine find_influences(law, elements, j, pose, influence, ok)
     type(law_type), intent(in) :: law
     type(elements_type), intent(in) :: elements
     integer, intent(in) :: j
     real(dp), intent(in) :: pose(3)            !! [m, rad]
-    real(dp), intent(in) :: known(:, :)        !! influences of the zones before j on each other, (zone, zone) [m/N]
     real(dp), intent(out) :: influence(:)      !! (zone)
     logical, intent(out) :: ok
     type(scan_type) :: scan
     type(patches_type) :: patches
-    real(dp) :: mean, load(2), angle, part(2), force(j)
+    real(dp) :: mean, load(2), angle, part(2), force(j), known(j, j)
     integer :: i, order(2)
+    logical :: converged
 
     influence = 0
     associate (pair => law%side%pair, zones => law%side%zones(:j))
@@ -56,8 +56,15 @@ contains
         if (all(part > 0)) influence(i) = mean/product(part)
       end do
     end associate
-    if (force(j) > 0 .and. any(force(:j - 1) > 0 .and. influence(:j - 1) > 0)) &
-      call match_energy(law, elements, pack([(i, i=1, j)], force > 0), pose, patches%energy, pack(force, force > 0), known, &
+    if (force(j) <= 0 .or. all(force(:j - 1) <= 0 .or. influence(:j - 1) <= 0)) return
+    known = 0
+    do i = 2, j - 1
+      if (force(i) <= 0 .or. all(force(:i - 1) <= 0)) cycle
+      call find_influences(law, elements, i, pose, known(:, i), converged)
+      ok = ok .and. converged
+      known(i, :) = known(:, i)
+    end do
+    call match_energy(law, elements, pack([(i, i=1, j)], force > 0), pose, patches%energy, pack(force, force > 0), known, &
       influence, ok)
   end subroutine find_influences
 
@@ -98,8 +105,8 @@ contains
     logical, intent(inout) :: ok
     real(dp), parameter :: noise = 1e-3_dp     ! of the energies, relative
     real(dp), parameter :: least = 0.2_dp      ! factor
-    real(dp), parameter :: close = 0.02_dp     ! changes of shifts after which the zones are not pressed again, of their reach
-    integer, parameter :: most_pressed = 4, most_steps = 20
+    real(dp), parameter :: close = 0.1_dp     ! changes of shifts after which the zones are not pressed again, of their reach
+    integer, parameter :: most_pressed = 2, most_steps = 20
     type(law_about) :: alone(size(z))
     real(dp), dimension(size(z)) :: shift, force
     real(dp) :: c(size(z), size(z)), factor, error, step, weight, slope
