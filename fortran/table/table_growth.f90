@@ -26,10 +26,6 @@ module table_growth
   ! Grids over half a patch. The energy has the square of the solver's error.
   integer, parameter :: elements_x = 5, elements_s = 20
   real(dp), parameter :: solver_tolerance = 2e-3_dp
-  ! Where a zone holds only the edge of a patch, as when a patch of the tread extends over the cut to the flange, the half-space
-  ! of that zone alone is up to 60 times stiffer than strips, while in the whole patch the edge carries almost no pressure. So
-  ! its energy is at most this one, relative to that of strips.
-  real(dp), parameter :: stiffest = 1.5_dp
 
 contains
 
@@ -274,8 +270,6 @@ contains
       call press_patches(pair, elements(law), zone%first, zone%last, pose(:2), pose(3), scan, patches)
       ok = patches%ok
       energy = patches%energy
-      if (max(scan%depth(zone%first), scan%depth(zone%last)) > 0) &
-        energy = min(energy, stiffest*zone_energy(pair, zone, 'strip', law%e_star, pose(3), scan))
     end associate
   end subroutine press_zone
 

@@ -18,7 +18,7 @@ module table_layout
   public :: lay_out
 
   ! Cells of u: the contact moves by `travel` along the wheel, where the cell is neither shorter nor longer than these [m].
-  real(dp), parameter :: travel = 1e-3_dp, shortest_u = 0.1e-3_dp, longest_u = 1e-3_dp
+  real(dp), parameter :: travel = 1e-3_dp, shortest_u = 0.05e-3_dp, longest_u = 1e-3_dp
   ! The path of the contact is followed in steps over the shifts from which a flange is reached [m].
   real(dp), parameter :: step = 0.25e-3_dp, reach = 20e-3_dp
   real(dp), parameter :: outer_u = 2e-3_dp      ! beyond [m]
@@ -30,7 +30,7 @@ module table_layout
   real(dp), parameter :: shortest_roll = 2e-3_dp, longest_roll = 8e-3_dp, upright = 0.02_dp
   ! The root of the penetration: its points, and the first one that is solved, of the last one. Smaller patches would show
   ! the rounding of the profiles' points.
-  integer, parameter :: points_q = 16
+  integer, parameter :: points_q = 20
   real(dp), parameter :: first_q = 0.047_dp, grading = 1.25_dp
   ! The influence of zones on each other hardly depends on the load: its cells [m, rad], and points of the penetration, of the largest.
   real(dp), parameter :: pair_u = 0.5e-3_dp, pair_roll = 10e-3_dp
@@ -75,7 +75,7 @@ contains
         n = n + 1
         associate (pair => table%pairs(n), u => table%zones(j)%u)
           pair%zone = [i, j]
-          pair%u = new_axis(evenly(u%low, u%high, pair_u))
+          pair%u = new_axis([u%x(:u%n - 1:3), u%high])
           pair%roll = new_axis(mirrored(growing(law%extent%roll, pair_roll, 4*pair_roll, upright)))
           pair%p = new_axis(pair_depths*law%extent%depth)
           allocate (pair%c_at(pair%p%n, pair%roll%n, pair%u%n), pair%c(pair%p%n + 2, pair%roll%n + 2, pair%u%n + 2), source=nan)
