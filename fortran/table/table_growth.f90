@@ -90,7 +90,7 @@ contains
           c = 0
           do n = 1, 3
             do m = 1, 3
-              c = c + r%weight(m, k)*t%u%weight(n, l)*height_at(table, z, r%first(k) + m - 1, t%u%first(l) + n - 1)
+              c = c + r%weight(m, k)*t%u_h%weight(n, l)*height_at(table, z, r%first(k) + m - 1, t%u_h%first(l) + n - 1)
             end do
           end do
           call publish(c, t%h(k, l))
@@ -160,14 +160,14 @@ contains
       if (.not. ieee_is_nan(h)) return
       scan = new_scan(pair)
       across = [-t%along(2), t%along(1)]
-      centre = (t%origin(1) + t%u%x(j))*t%along + (t%origin(2) + above)*across - rolled(t%pole, roll)
+      centre = (t%origin(1) + t%u_h%x(j))*t%along + (t%origin(2) + above)*across - rolled(t%pole, roll)
       call touch(pair, scan, zone%first, zone%last, centre, roll, zone%alpha, move, station, ok)
       if (ok) then
         h = above + move
       else
-        inward = merge(1, -1, t%u%x(j) < 0)
-        if (abs(t%u%x(j)) > abs(t%u%x(j + inward))) then
-          associate (x => t%u%x([j, j + inward, j + 2*inward]))
+        inward = merge(1, -1, t%u_h%x(j) < 0)
+        if (abs(t%u_h%x(j)) > abs(t%u_h%x(j + inward))) then
+          associate (x => t%u_h%x([j, j + inward, j + 2*inward]))
             h = height_at(table, z, i, j + inward)
             h = h + (h - height_at(table, z, i, j + 2*inward))/(x(2) - x(3))*(x(1) - x(2))
           end associate
@@ -243,7 +243,7 @@ contains
     call axis_basis(table%roll, cell, roll, basis, .false.)
     h = height(table%zones(z), u, basis)
     if (.not. ieee_is_nan(h)) return
-    call fill_heights(table, z, cell, axis_cell(table%zones(z)%u, u))
+    call fill_heights(table, z, cell, axis_cell(table%zones(z)%u_h, u))
     h = height(table%zones(z), u, basis)
   end function height_of
 

@@ -26,6 +26,7 @@ module table_layout
   ! as far as this from a kink [m].
   integer, parameter :: path_rolls = 2
   real(dp), parameter :: widening = 0.5e-3_dp
+  integer, parameter :: stride_h = 3
   ! Cells of the roll angle, where the wheelset stands on both rails and where it goes over one [rad].
   real(dp), parameter :: shortest_roll = 2e-3_dp, longest_roll = 8e-3_dp, upright = 0.02_dp
   ! The root of the penetration: its points, and the first one that is solved, of the last one. Smaller patches would show
@@ -60,11 +61,12 @@ contains
       associate (t => table%zones(z), n_roll => table%roll%n)
         call place_zone(law, law%side%zones(z), t)
         t%u = new_axis(points_of_u(law, law%side%zones(z), t, fineness))
+        t%u_h = new_axis([t%u%x(:t%u%n - 2:stride_h), t%u%high])
         i = nint(points_q/fineness)
         t%q = new_axis(sqrt(law%extent%depth)*[0.0_dp, (first_q + (1 - first_q)*((j - 2)/real(i - 2, dp))**grading, j=2, i)])
-        allocate (t%h_at(n_roll, t%u%n), t%s_at(t%q%n, n_roll, t%u%n), t%h(n_roll + 2, t%u%n + 2), &
+        allocate (t%h_at(n_roll, t%u_h%n), t%s_at(t%q%n, n_roll, t%u%n), t%h(n_roll + 2, t%u_h%n + 2), &
           t%s(t%q%n + 2, n_roll + 2, t%u%n + 2), source=nan)
-        allocate (t%h_bound(n_roll - 1, t%u%n - 1), source=huge(nan))
+        allocate (t%h_bound(n_roll - 1, t%u_h%n - 1), source=huge(nan))
       end associate
     end do
     if (law%model /= 'halfspace' .or. law%influence == 'apart') return

@@ -36,11 +36,11 @@ module zone_tables
     real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
     real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
     real(dp) :: tip = huge(1.0_dp)      !! u beyond which the flange's tip is in contact [m]
-    type(axis_type) :: u, q
-    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u) [m]
+    type(axis_type) :: u_h, u, q        !! of h; of S
+    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u_h) [m]
     real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u) [J/m^2.5]
     real(dp), allocatable :: h_at(:, :), s_at(:, :, :)   !! values at the points
-    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in a cell (roll, u); huge where it is not known [m]
+    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in a cell (roll, u_h); huge where it is not known [m]
   end type zone_table
 
   !> Where the table lacks coefficients: the first ones of a cell.
@@ -99,6 +99,7 @@ contains
     type(touching_type), intent(inout) :: z    !! its zone is known
     integer, intent(out) :: status
     type(gap_type), intent(inout) :: gap
+    type(basis_type) :: basis
     real(dp) :: w
     integer :: cell
 
@@ -106,15 +107,15 @@ contains
     z%p = 0
     z%arm = pole_arm(t, roll)
     call zone_coordinates(t, pose, z%arm, z%u, w)
-    if (.not. axis_holds(t%u, z%u)) then
+    if (.not. axis_holds(t%u_h, z%u)) then
       ! NaN is neither above nor below the ceiling, so it is not on the table.
       if (.not. (pose(2) + z%arm(2) > t%ceiling .and. abs(pose(1)) <= huge(w))) status = outside_lateral
       return
     end if
-    cell = axis_cell(t%u, z%u)
+    cell = axis_cell(t%u_h, z%u)
     if (w >= t%h_bound(roll%basis%i, cell)) return
-    call axis_basis(t%u, cell, z%u, z%basis, with_hessian)
-    call spline_2d(t%h, roll%basis, z%basis, with_hessian, z%h)
+    call axis_basis(t%u_h, cell, z%u, basis, with_hessian)
+    call spline_2d(t%h, roll%basis, basis, with_hessian, z%h)
     if (ieee_is_nan(z%h(1))) then
       status = missing
       gap = gap_type(gap_of_height, z%zone, [roll%basis%i, cell, 0])
@@ -124,6 +125,7 @@ contains
     z%shift = 0
     if (z%p <= 0) return
     if (.not. axis_holds(t%q, sqrt(z%p))) status = outside_depth
+    call axis_basis(t%u, axis_cell(t%u, z%u), z%u, z%basis, with_hessian)
   end subroutine find_touching
 
   !> Compute energy, gradient and Hessian of one zone whose surface the other zones have lowered by `shift`. The energy is 0 if
@@ -215,7 +217,7 @@ contains
     type(basis_type), intent(in) :: roll
     type(basis_type) :: basis
 
-    call axis_basis(t%u, axis_cell(t%u, u), u, basis, .false.)
+    call axis_basis(t%u_h, axis_cell(t%u_h, u), u, basis, .false.)
     h = spline_2d_value(t%h, roll, basis)
   end function height
 
