@@ -54,13 +54,13 @@ contains
         forces(3) = held
         bracketed = .true.
       end if
-      ok = bracketed .and. unloaded(w, way, q)
+      if (bracketed) call find_unloaded(w, way, q, ok)
       last = q
       before = held
       if (abs(q(1)) > near*clearance) stride = min(stride, narrow)
     end do
     ! Where the equilibria end with the largest force, it is the limit.
-    ok = ok .or. unloaded(w, way, last)
+    if (.not. ok) call find_unloaded(w, way, last, ok)
     force = forces(2)
     if (ok .and. bracketed) call find_top(w, way, poses, force)
   end subroutine largest_force
@@ -115,16 +115,17 @@ contains
   end subroutine lean
 
   !> Whether the wheel on the other side carries nothing.
-  logical function unloaded(w, way, q)
+  subroutine find_unloaded(w, way, q, unloaded)
     type(wheelset_type), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(in) :: q(3)
+    logical, intent(out) :: unloaded
     type(contact_state) :: state
     logical :: shut(4)
 
     call contacts(w, q, state, with_hessian=.false.)
     shut = closed(state)
     unloaded = .not. any(shut(merge([right_tread, right_flange], [left_tread, left_flange], way == 1)))
-  end function unloaded
+  end subroutine find_unloaded
 
 end module static_limit

@@ -70,7 +70,7 @@ module case
     character(text_length) :: output_file = ''
     real(dp) :: interval = 1e-4_dp
     character(text_length) :: rows = 'interval_and_events'
-    character(text_length) :: pressures = 'yes'
+    character(text_length) :: pressures = 'yes', judged = 'yes'
   end type case_type
 
   !> One namelist variable; exactly one of the pointers is set.
@@ -163,7 +163,7 @@ contains
     call all%add('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
-      'rms error allowed to a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
+      'rms error asked for of a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
     call all%add('integrator', 'order', c%order, 2, 6, &
       'order of the steps: 2 (Newmark), 4 or 6 (explicit)')
     call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', &
@@ -185,6 +185,8 @@ contains
       'rows at equal intervals, and also at events, changes of contact and peaks of force')
     call all%add('output', 'pressures', c%pressures, 'yes no', &
       'whether the results have the largest pressure and the pressures of flanges, of the model halfspace')
+    call all%add('output', 'judged', c%judged, 'yes no', &
+      'whether the results have the error of the contact forces, against direct solutions in poses of the run')
     list = all%list(:all%n)
   end subroutine list_variables
 

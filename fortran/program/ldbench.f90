@@ -70,7 +70,7 @@ contains
     if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
     if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
     if (allocated(error)) return
-    call prepare(c, setup, error, watcher)
+    call prepare(c, setup, error)
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
     if (.not. allocated(error)) call finish_columns(c, result, columns, error)

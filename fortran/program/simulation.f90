@@ -26,17 +26,20 @@ module simulation
 contains
 
   !> Prepare a run up to the start of the integration. `free_tables` of run_tables frees the tables.
-  subroutine prepare(c, setup, error, watcher)
+  subroutine prepare(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(out) :: setup
     type(error_type), allocatable, intent(out) :: error
-    class(monitor_type), intent(inout), optional :: watcher
+    real(dp) :: from, to
 
+    call cpu_time(from)
     call place_sides(c, setup, error)
     if (allocated(error)) return
     setup%modes = merge(3, 1, c%formulation == 'elastic')
     if (c%formulation == 'elastic') call open_tables(c, setup, error)
     if (.not. allocated(error)) call set_wheelset(c, setup, error)
+    call cpu_time(to)
+    setup%seconds = to - from
   end subroutine prepare
 
   !> Integrate from the initial conditions to the stop condition.
@@ -112,6 +115,7 @@ contains
     call monitor%queue%pass_rows(huge(at), error)
     if (allocated(error)) return
     call monitor%press()
+    call monitor%judge()
     run = monitor%run
     run%rows = monitor%queue%passed
     run%last = monitor%queue%last

@@ -22,7 +22,7 @@ module contact_table
     real(dp) :: threshold(2) = [0.9063_dp, 0.4226_dp]   !! cosine and sine of the least contact angle of a flange contact
     type(law_type) :: law               !! what the table tabulates
     integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
-    integer :: kept = 0                 !! of them, in the file
+    integer :: found = 0, kept = 0      !! of them, read from the file, and now in the file
   end type table_type
 
 contains

@@ -107,7 +107,8 @@ contains
     end if
     if (.not. (s%reading .and. s%ok)) return
     table%solutions = int(head)
-    table%kept = table%solutions(1)
+    table%found = table%solutions(1)
+    table%kept = table%found
   end subroutine pass_table
 
   !> Pass the known ones of n values, behind their number and their places.

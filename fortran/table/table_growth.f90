@@ -218,7 +218,7 @@ contains
     associate (pair => table%pairs(n), second => table%pairs(n)%zone(2))
       c = pair%c_at(i, j, k)
       if (.not. ieee_is_nan(c)) return
-      h = height_of(table, second, pair%roll%x(j), min(pair%u%x(k), table%zones(second)%u%high))
+      h = height_of(table, second, pair%roll%x(j), pair%u%x(k))
       pose = zone_pose(table%zones(second), pair%u%x(k), h - max(pair%p%x(i), least_depth*pair%p%x(2)), pair%roll%x(j))
       call find_influences(table%law, elements(table%law), second, pose, influence, ok)
       call count_solution(table, ok)

@@ -20,21 +20,24 @@ module table_layout
   ! Cells of u: the contact moves by `travel` along the wheel, where the cell is neither shorter nor longer than these [m].
   real(dp), parameter :: travel = 1e-3_dp, shortest_u = 0.05e-3_dp, longest_u = 1e-3_dp
   ! The path of the contact is followed in steps over the shifts from which a flange is reached [m].
-  real(dp), parameter :: step = 0.25e-3_dp, reach = 20e-3_dp
+  real(dp), parameter :: step = 0.5e-3_dp, reach = 20e-3_dp
   real(dp), parameter :: outer_u = 2e-3_dp      ! beyond [m]
   ! A kink of the path has another place at another roll angle: the path is followed at so many to either side, and cells are short
   ! as far as this from a kink [m].
-  integer, parameter :: path_rolls = 2
+  integer, parameter :: path_rolls = 1
   real(dp), parameter :: widening = 0.5e-3_dp
-  integer, parameter :: stride_h = 3
+  ! h has every third point of S, so that S makes up smoothly for the kinks of h, which cells of h round off. The influence of
+  ! zones on each other has the points of h.
+  integer, parameter :: stride = 3
   ! Cells of the roll angle, where the wheelset stands on both rails and where it goes over one [rad].
   real(dp), parameter :: shortest_roll = 2e-3_dp, longest_roll = 8e-3_dp, upright = 0.02_dp
   ! The root of the penetration: its points, and the first one that is solved, of the last one. Smaller patches would show
   ! the rounding of the profiles' points.
   integer, parameter :: points_q = 20
   real(dp), parameter :: first_q = 0.047_dp, grading = 1.25_dp
-  ! The influence of zones on each other hardly depends on the load: its cells [m, rad], and points of the penetration, of the largest.
-  real(dp), parameter :: pair_u = 0.5e-3_dp, pair_roll = 10e-3_dp
+  ! The influence of zones on each other hardly depends on the load: its cells of the roll angle [rad], and points of the
+  ! penetration, of the largest.
+  real(dp), parameter :: pair_roll = 10e-3_dp
   real(dp), parameter :: pair_depths(*) = [0.0_dp, 0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp, 0.24_dp, 0.34_dp, 0.45_dp, 0.6_dp, &
     0.8_dp, 1.0_dp]
   ! Of cells for an accuracy of 2e-3; the error of a spline goes with the fourth power of its cells.
@@ -61,7 +64,7 @@ contains
       associate (t => table%zones(z), n_roll => table%roll%n)
         call place_zone(law, law%side%zones(z), t)
         t%u = new_axis(points_of_u(law, law%side%zones(z), t, fineness))
-        t%u_h = new_axis([t%u%x(:t%u%n - 2:stride_h), t%u%high])
+        t%u_h = new_axis([t%u%x(:t%u%n - 2:stride), t%u%high])
         i = nint(points_q/fineness)
         t%q = new_axis(sqrt(law%extent%depth)*[0.0_dp, (first_q + (1 - first_q)*((j - 2)/real(i - 2, dp))**grading, j=2, i)])
         allocate (t%h_at(n_roll, t%u_h%n), t%s_at(t%q%n, n_roll, t%u%n), t%h(n_roll + 2, t%u_h%n + 2), &
@@ -75,9 +78,9 @@ contains
     do j = 2, size(table%zones)
       do i = 1, j - 1
         n = n + 1
-        associate (pair => table%pairs(n), u => table%zones(j)%u)
+        associate (pair => table%pairs(n), u => table%zones(j)%u_h)
           pair%zone = [i, j]
-          pair%u = new_axis([u%x(:u%n - 1:3), u%high])
+          pair%u = u
           pair%roll = new_axis(mirrored(growing(law%extent%roll, pair_roll, 4*pair_roll, upright)))
           pair%p = new_axis(pair_depths*law%extent%depth)
           allocate (pair%c_at(pair%p%n, pair%roll%n, pair%u%n), pair%c(pair%p%n + 2, pair%roll%n + 2, pair%u%n + 2), source=nan)
@@ -167,14 +170,6 @@ contains
     end do
     x = x*(last/x(size(x)))
   end function growing
-
-  pure function evenly(first, last, step) result(x)
-    real(dp), intent(in) :: first, last, step
-    real(dp), allocatable :: x(:)
-    integer :: i
-
-    x = [(first + i*step, i=0, ceiling((last - first)/step))]
-  end function evenly
 
   !> Points on both sides of 0 from those on one side, whose first one is 0.
   pure function mirrored(x)
