@@ -117,7 +117,7 @@ def tables_of(model: str, **points: int) -> dict[str, Path]:
     for pair, file in files.items():
         with once(file.with_suffix("")) as first:
             if first:
-                ContactTable.quiet(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
+                ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
     return files
 
 
@@ -138,7 +138,7 @@ def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
     """The contact tables of Hertz's law by the pair of profiles, each read once."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
 
-    return functools.cache(lambda pair: ContactTable.quiet(
+    return functools.cache(lambda pair: ContactTable(
         Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
 
 
@@ -148,7 +148,7 @@ def fine_hertz(pair: str) -> ContactTable:
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
     from ldbench_round.fingerprint import FINE
 
-    return ContactTable.quiet(Case.exercise(2, pair).replace(model="hertz", table_file=tables_of("hertz", **FINE)[pair], **FINE))
+    return ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=tables_of("hertz", **FINE)[pair], **FINE))
 
 
 @pytest.fixture

@@ -74,7 +74,7 @@ contains
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
     if (.not. allocated(error)) call finish_columns(c, result, columns, error)
-    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, setup, error)
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, setup)
     call columns%file%abandon()
     call watcher%clear()
     if (.not. allocated(error)) then

@@ -45,22 +45,21 @@ contains
     if (path_of(c, side) /= '') call load_values(path_of(c, side), table, found, error)
   end subroutine open_table
 
-  !> Write what the tables have learnt since they were opened to their files.
-  subroutine keep_tables(c, setup, error)
+  !> Write what the tables have learnt to their files. A file that cannot be written is no error: it only saves time.
+  subroutine keep_tables(c, setup)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
-    type(error_type), allocatable, intent(out) :: error
 
-    call keep_table(path_of(c, 1), setup%wheelset%table, error)
-    if (.not. (setup%symmetric .or. allocated(error))) call keep_table(path_of(c, 2), setup%wheelset%right_table, error)
+    call keep_table(path_of(c, 1), setup%wheelset%table)
+    if (.not. setup%symmetric) call keep_table(path_of(c, 2), setup%wheelset%right_table)
   end subroutine keep_tables
 
-  subroutine keep_table(path, table, error)
+  subroutine keep_table(path, table)
     character(*), intent(in) :: path
     type(table_type), intent(inout) :: table
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: ignored
 
-    if (path /= '' .and. table%solutions(1) > table%kept) call save_values(path, table, error)
+    if (path /= '' .and. table%solutions(1) > table%kept) call save_values(path, table, ignored)
   end subroutine keep_table
 
   !> The file of a side's table.

@@ -79,6 +79,6 @@ def make_specimen(folder: Path) -> None:
         patch.setattr(document, "save_parts", noting(document.save_parts, folder/"sheets"))
         # The arrangement of panels takes a third of the time, and no number depends on it.
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda engine, figure: None)
-        ldbench.ContactTable.quiet(thrown.replace(model="hertz", table_file="outputs/_hertz.table"))
+        ldbench.ContactTable(thrown.replace(model="hertz", table_file="outputs/_hertz.table"))
         assert main(["report", "--inputs", "inputs", "-j", "2"]) == 0
         compute(thrown.replace(vY=1.2, name="ex3_aw")).write(folder/"faster/ex3_aw.txt")

@@ -15,20 +15,21 @@ module handles
   use row_sink, only: row_writer
   use run_monitor, only: run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
-  use run_tables, only: free_tables
+  use run_tables, only: free_tables, keep_tables
   use simulation, only: prepare, simulate
   use station_scan, only: scan_type, set_depth, touch
   use text, only: checksum, line_type, read_lines, str
   use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
-  public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
+  public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_located, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
   public :: export_case, import_case, give, give_error, outline, wheel_contact
 
   !> A case, ready to be integrated.
   type :: prepared_type
     type(case_type) :: c
+    type(case_type) :: located         !! with the paths of its files
     type(setup_type) :: setup
     logical :: owns_table = .false.
   end type prepared_type
@@ -48,7 +49,7 @@ module handles
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
   type, extends(monitor_type) :: shared_monitor
-    real(dp), pointer :: progress(:) => null()   !! stage (1 table, 2 integration), share done
+    real(dp), pointer :: progress(:) => null()   !! 1 when the integration has begun, share done
     integer, pointer :: stop_asked(:) => null()  !! not 0: stop
   contains
     procedure :: report
@@ -65,7 +66,7 @@ contains
 
     progress => this%progress
     stop_asked => this%stop_asked
-    progress(1) = merge(1, 2, stage == 'table')
+    progress(1) = 1
     progress(2) = share
     this%stop = stop_asked(1) /= 0
   end subroutine report
@@ -97,24 +98,20 @@ contains
 
   !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case
   !> keeps the names as its namelist has them.
-  subroutine prepare_watched(p, c, paths, progress, stop_asked, error)
+  subroutine prepare_located(p, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
     character(*), intent(in) :: paths
-    real(dp), target, intent(inout) :: progress(:)
-    integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
-    type(shared_monitor) :: watcher
 
-    watcher%progress => progress
-    watcher%stop_asked => stop_asked
     p%c = c
-    call locate(p%c, paths)
-    call prepare(p%c, p%setup, error, watcher)
+    p%located = c
+    call locate(p%located, paths)
+    call prepare(p%located, p%setup, error)
     p%owns_table = .true.
-    p%c = c
     call rename(c, p%setup)
-  end subroutine prepare_watched
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(p%located, p%setup)
+  end subroutine prepare_located
 
   !> Profiles in their places, zones and clearance of a case, whose files are found by the paths given here.
   subroutine prepare_rigid(p, c, paths, error)
@@ -124,9 +121,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    call locate(p%c, paths)
-    call place_sides(p%c, p%setup, error)
-    p%c = c
+    p%located = c
+    call locate(p%located, paths)
+    call place_sides(p%located, p%setup, error)
   end subroutine prepare_rigid
 
   !> The points of a wheel (what = 1) or a rail (2), moved as the core has moved the curve through them [m].
@@ -214,17 +211,17 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    call locate(p%c, paths)
-    call same_profile(p%c%wheel_profile, from%setup%wheel(1))
-    call same_profile(p%c%rail_profile, from%setup%rail(1))
-    call same_profile(merge(p%c%wheel_profile, p%c%wheel_profile_right, p%c%wheel_profile_right == ''), from%setup%wheel(2))
-    call same_profile(merge(p%c%rail_profile, p%c%rail_profile_right, p%c%rail_profile_right == ''), from%setup%rail(2))
+    p%located = c
+    associate (found => p%located)
+      call locate(found, paths)
+      call same_profile(found%wheel_profile, from%setup%wheel(1))
+      call same_profile(found%rail_profile, from%setup%rail(1))
+      call same_profile(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), from%setup%wheel(2))
+      call same_profile(merge(found%rail_profile, found%rail_profile_right, found%rail_profile_right == ''), from%setup%rail(2))
+    end associate
     if (allocated(error)) return
-    p%c = c
     p%setup = from%setup
     call rename(c, p%setup)
-    p%setup%table_found = .true.
-    p%setup%table_seconds = 0
     call set_wheelset(c, p%setup, error)
 
   contains
@@ -254,6 +251,7 @@ contains
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%located, p%setup)
   end subroutine simulate_watched
 
   !> Write the column file of a run.

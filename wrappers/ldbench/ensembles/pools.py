@@ -20,6 +20,7 @@ from .._core.files import read_bytes
 from .._core.optional import needed
 from .._core.pools import AHEAD, as_they_come, in_threads
 from ..case import Case
+from ..runs import compute
 from ..table import PROFILES, ContactTable, core_files
 from .members import Group, Member, Record, TableKey, Wanted, run_member
 
@@ -34,7 +35,7 @@ TABLES_KEPT = 4     # by a worker process
 def run_here(members: Sequence[Member], groups: Iterable[Group], tables: Mapping[TableKey | None, ContactTable], wanted: Wanted,
              threads: int) -> Generator[tuple[int, Record]]:
     """Numbers of members and their records as they come, in threads of this process. The first member that needs a table that is
-    not at hand, in `tables`, builds it; the others wait for it."""
+    not at hand, in `tables`, makes it; the others wait for it."""
     def tasks() -> Iterator[tuple[int, Case | None, Future[ContactTable | None]]]:
         for key, case, numbers in groups:
             table: Future[ContactTable | None] = Future()
@@ -49,7 +50,7 @@ def run_here(members: Sequence[Member], groups: Iterable[Group], tables: Mapping
         number, case, table = task
         if case:
             try:
-                table.set_result(ContactTable.quiet(case, tell))
+                table.set_result(ContactTable(case))
             except BaseException as error:      # which else the others would wait for
                 table.set_exception(error)
         try:
@@ -142,11 +143,11 @@ def files_of(case: Case) -> Files:
 
 
 def build_table(files: Files) -> Files | str:
-    """The files with the contact table, which this worker loads or builds; or why it cannot."""
+    """The files with the contact table that has what a run of the case needs; or why it cannot."""
     try:
         with tempfile.TemporaryDirectory() as folder:
             case = files.case.replace({**files.write(folder), "table_file": f"{folder}/table_file"})
-            ContactTable.quiet(case)
+            compute(case)
             return files_of(case)
     except Error as error:
         return str(error)
@@ -157,7 +158,7 @@ def load_table(files: Files) -> tuple[ContactTable, dict[str, str], tempfile.Tem
     """The contact table in this process, the paths of the profiles by variable, and the folder that has them."""
     folder = tempfile.TemporaryDirectory()
     paths = files.write(folder.name)
-    return ContactTable.quiet(files.case.replace({**paths, "table_file": f"{folder.name}/table_file"})), paths, folder
+    return ContactTable(files.case.replace({**paths, "table_file": f"{folder.name}/table_file"})), paths, folder
 
 
 def run_task(pickled: bytes, files: Files | str | None, wanted: Wanted) -> bytes:

@@ -45,7 +45,7 @@ def derailment_demo(output: Path, scheduler: str | None, threads: int | None) ->
     impact = ensemble(Case.exercise(3), {"gauge": GAUGES, "mass": MASSES.tolist()},
                       store=output.with_name("demo_impact.zarr"), **how)
     profiles = flange_profiles(output.parent/"demo_profiles")
-    tables = [ContactTable.quiet(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
+    tables = [ContactTable(Case.exercise(5).replace(wheel_profile=str(profiles[angle]), table_file=""))
               for angle in tqdm(ANGLES, desc="contact tables", disable=None, leave=False)]
     members = [(table, mass) for table in tables for mass in RAMP_MASSES]
     starts, limits = zip(*(ramp_case(*member) for member in tqdm(members, desc="limit loads", disable=None, leave=False)),
