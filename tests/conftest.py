@@ -64,36 +64,6 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-@pytest.fixture(scope="session", autouse=True)
-def tables_are_kept() -> Iterator[None]:
-    """Contact tables that go to no file are kept, in memory and for later tests: hundreds of tests run cases whose tables are
-    the same. A test of the building of a table names a file."""
-    from ldbench import Case, ContactTable  # programs that only start the executable need no package
-    from ldbench.ensembles.members import table_keys
-
-    make, known = ContactTable._make, {}
-
-    def remembered(table: ContactTable, case: Case, progress: object) -> None:
-        if case.table_file or case.formulation != "elastic":
-            make(table, case, progress)
-            return
-        key = table_keys()(case)
-        if key not in known:
-            file = kept_tables()/f"{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.table"
-            known[key] = object.__new__(ContactTable)
-            try:
-                make(known[key], case.replace(table_file=file), progress)
-            except BaseException:
-                del known[key]
-                raise
-        table._own(case, known[key].for_case(case)._handle)
-        logging.getLogger("ldbench.table").info("%s: %r", case.label, table)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ContactTable, "_make", remembered)
-        yield
-
-
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are made and stay empty in files: tests of pictures draw them."""
@@ -109,15 +79,15 @@ def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @functools.cache
-def tables_of(model: str, **points: int) -> dict[str, Path]:
-    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs unless points are given."""
+def tables_of(model: str) -> dict[str, Path]:
+    """Files of a law's contact tables of both pairs of profiles."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
 
-    files = {pair: kept_tables()/f"{pair}_{model}{'_fine' if points else ''}.table" for pair in PAIRS}
+    files = {pair: kept_tables()/f"{pair}_{model}.table" for pair in PAIRS}
     for pair, file in files.items():
         with once(file.with_suffix("")) as first:
             if first:
-                ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
+                ContactTable(Case.exercise(2, pair).replace(model=model, table_file=file))
     return files
 
 
@@ -146,9 +116,8 @@ def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
 def fine_hertz(pair: str) -> ContactTable:
     """The contact table of Hertz's law that fingerprints build for a pair of profiles."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
-    from ldbench_round.fingerprint import FINE
 
-    return ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=tables_of("hertz", **FINE)[pair], **FINE))
+    return ContactTable(Case.exercise(2, pair).replace(model="hertz", table_file=tables_of("hertz")[pair]))
 
 
 @pytest.fixture

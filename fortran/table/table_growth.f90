@@ -283,7 +283,6 @@ contains
     type(table_type), intent(inout) :: table
     logical, intent(in) :: ok
 
-    if (table%law%model /= 'halfspace') return
     !$omp atomic
     table%solutions(1) = table%solutions(1) + 1
     if (ok) return

@@ -18,16 +18,17 @@ module table_layout
   public :: lay_out
 
   ! Cells of u: the contact moves by `travel` along the wheel, where the cell is neither shorter nor longer than these [m].
-  real(dp), parameter :: travel = 1e-3_dp, shortest_u = 0.05e-3_dp, longest_u = 1e-3_dp
+  real(dp), parameter :: travel = 1e-3_dp, shortest_u = 0.01e-3_dp, longest_u = 1e-3_dp
+  ! Where h has a kink its spline is so much above it [m]: the contact closes too early.
+  real(dp), parameter :: rounding = 3e-6_dp, least_travel = 0.05e-3_dp
   ! The path of the contact is followed in steps over the shifts from which a flange is reached [m].
   real(dp), parameter :: step = 0.5e-3_dp, reach = 20e-3_dp
-  real(dp), parameter :: outer_u = 2e-3_dp      ! beyond [m]
+  real(dp), parameter :: outer_u = 0.7e-3_dp      ! beyond [m]
   ! A kink of the path has another place at another roll angle: the path is followed at so many to either side, and cells are short
   ! as far as this from a kink [m].
-  integer, parameter :: path_rolls = 1
+  integer, parameter :: path_rolls = 2
   real(dp), parameter :: widening = 0.5e-3_dp
-  ! h has every third point of S, so that S makes up smoothly for the kinks of h, which cells of h round off. The influence of
-  ! zones on each other has the points of h.
+  ! h has every third point of S, so that S makes up smoothly for the kinks of h, which cells of h round off.
   integer, parameter :: stride = 3
   ! Cells of the roll angle, where the wheelset stands on both rails and where it goes over one [rad].
   real(dp), parameter :: shortest_roll = 2e-3_dp, longest_roll = 8e-3_dp, upright = 0.02_dp
@@ -35,9 +36,9 @@ module table_layout
   ! the rounding of the profiles' points.
   integer, parameter :: points_q = 20
   real(dp), parameter :: first_q = 0.047_dp, grading = 1.25_dp
-  ! The influence of zones on each other hardly depends on the load: its cells of the roll angle [rad], and points of the
-  ! penetration, of the largest.
-  real(dp), parameter :: pair_roll = 10e-3_dp
+  ! The influence of zones on each other hardly depends on the load: its points of u are those of h that are
+  ! so far apart [m]; its cells of the roll angle [rad]; points of the penetration, of the largest.
+  real(dp), parameter :: least_pair_u = 0.3e-3_dp, pair_roll = 10e-3_dp
   real(dp), parameter :: pair_depths(*) = [0.0_dp, 0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp, 0.24_dp, 0.34_dp, 0.45_dp, 0.6_dp, &
     0.8_dp, 1.0_dp]
   ! Of cells for an accuracy of 2e-3; the error of a spline goes with the fourth power of its cells.
@@ -80,7 +81,7 @@ contains
         n = n + 1
         associate (pair => table%pairs(n), u => table%zones(j)%u_h)
           pair%zone = [i, j]
-          pair%u = u
+          pair%u = new_axis(thinned(u%x, least_pair_u))
           pair%roll = new_axis(mirrored(growing(law%extent%roll, pair_roll, 4*pair_roll, upright)))
           pair%p = new_axis(pair_depths*law%extent%depth)
           allocate (pair%c_at(pair%p%n, pair%roll%n, pair%u%n), pair%c(pair%p%n + 2, pair%roll%n + 2, pair%u%n + 2), source=nan)
@@ -115,7 +116,7 @@ contains
     real(dp), intent(in) :: fineness       !! factor on the length of cells
     real(dp), allocatable :: u(:)
     integer, parameter :: n = nint(reach/step), wide = nint(widening/step)
-    real(dp) :: station(-n:n), cell(-n:n), across(2), centre(2), shift, move, roll, x
+    real(dp) :: station(-n:n), h(-n:n), cell(-n:n), across(2), centre(2), shift, move, roll, x, bend
     type(scan_type) :: scan
     logical :: ok(-n:n)
     integer :: i, j, k
@@ -131,10 +132,17 @@ contains
         centre = (t%origin(1) + i*step)*t%along + (t%origin(2) + shift)*across - rolled(t%pole, roll)
         call touch(law%side%pair, scan, zone%first, zone%last, centre, roll, zone%alpha, move, station(i), ok(i))
         if (ok(i)) shift = shift + move
+        h(i) = shift
       end do
       do i = -n, n - 1
         if (.not. (ok(i) .and. ok(i + 1))) cycle
-        x = max(shortest_u, travel*step/max(abs(station(i + 1) - station(i)), tiny(x)))
+        x = max(least_travel, travel*step/max(abs(station(i + 1) - station(i)), tiny(x)))
+        ! A cell of h, which is `stride` times as long, rounds a kink by an eighth of its length times the change of slope.
+        bend = 0
+        if (i > -n .and. i < n - 1) then
+          if (ok(i - 1) .and. ok(i + 2)) bend = abs(h(i + 2) - h(i + 1) - h(i) + h(i - 1))/step
+        end if
+        x = max(shortest_u, min(x, 8*rounding/(stride*max(bend, tiny(bend)))))
         do k = max(-n, i - wide), min(n, i + 1 + wide)
           cell(k) = min(cell(k), x)
         end do
@@ -170,6 +178,19 @@ contains
     end do
     x = x*(last/x(size(x)))
   end function growing
+
+  !> The first and the last of some points, and those between that are not nearer than `least` to one that is taken before.
+  pure function thinned(x, least) result(few)
+    real(dp), intent(in) :: x(:), least
+    real(dp), allocatable :: few(:)
+    integer :: i
+
+    few = [x(1)]
+    do i = 2, size(x) - 1
+      if (x(i) - few(size(few)) >= least .and. x(size(x)) - x(i) >= least) few = [few, x(i)]
+    end do
+    few = [few, x(size(x))]
+  end function thinned
 
   !> Points on both sides of 0 from those on one side, whose first one is 0.
   pure function mirrored(x)

@@ -26,7 +26,7 @@ from ldbench.plots.document import case_figures
 from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case
 
 KILLS = 6
-TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
+TINY = {}
 SEED = 11
 
 

@@ -8,7 +8,8 @@ program load_tables
   use contact_table, only: table_type
   use shared, only: read_prepared
   use run_setup, only: setup_type
-  use table_file, only: load_table
+  use table_file, only: load_values
+  use table_layout, only: lay_out
   implicit none
   save
   type(case_type) :: c
@@ -30,7 +31,8 @@ contains
     type(error_type), allocatable :: error
     logical :: found
 
-    call load_table(trim(path), setup%wheelset%table%key, table, found, error)
+    call lay_out(setup%wheelset%table%law, setup%wheelset%table%key, table)
+    call load_values(trim(path), table, found, error)
     if (allocated(error)) then
       print '(a)', error%message
     else

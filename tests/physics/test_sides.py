@@ -27,7 +27,7 @@ RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
 NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
 # Which law a table holds does not matter to what has two sides: that of Hertz is built in the least time. The wheelset stays
 # between the rails, and so does the path on which rigid contact is followed.
-COARSE = {"model": "hertz", "n_lateral": 60, "n_roll": 11, "n_depth": 11, "lateral": 0.02}
+COARSE = {"model": "hertz", "lateral": 0.02}
 
 
 def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:

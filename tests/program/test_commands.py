@@ -28,7 +28,7 @@ from ldbench.report.compare import comparison_figures
 from ldbench_round.fingerprint import hertz_table
 from running import HANG, REPO, once
 
-TINY = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
+TINY = {"model": "hertz"}
 
 
 PARSERS: dict[str, argparse.ArgumentParser] = {command: make_parser([command]).commands[command] for command in COMMANDS}

@@ -166,7 +166,7 @@ REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
     ({"dt": float("nan")}, "integrator dt", REAL, "NaN"), ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
-    ({"dt": True}, "integrator dt", REAL, "True"), ({"n_roll": 9.5}, "table n_roll", "a whole number from 5 to 1000", "9.5"),
+    ({"dt": True}, "integrator dt", REAL, "True"), ({"max_halvings": 9.5}, "integrator max_halvings", "a whole number from 0 to 40", "9.5"),
     ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"), ({"title": 3}, "case title", TEXT, "3"),
     ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"), ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
@@ -240,7 +240,7 @@ def test_a_table_serves_other_runs():
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
     ({"model": "hertz"}, "contact model", "'strip', for which the contact table was made", "'hertz'"),
-    ({"gauge": 1.4352}, "track gauge", "1.4351, for", "1.4352"), ({"n_depth": 11}, "table n_depth", "9, for", "11"),
+    ({"gauge": 1.4352}, "track gauge", "1.4351, for", "1.4352"), ({"accuracy": 3e-3}, "table accuracy", "0.002, for", "0.003"),
     ({"table_roll": 0.3}, "table roll", "0.5, for", "0.3"),
     ({"wheel_profile": "profiles/swprof.yz"}, "", "the profile of the contact table", ""),
     ({"wheel_profile": "nothing.yz"}, "", None, None)])
@@ -265,7 +265,7 @@ def test_a_load_beyond_the_table_is_refused():
 @pytest.mark.parametrize("n_roll", [9, 21, 45])
 def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    table = ldbench.ContactTable(coarse(1, "aw", n_lateral=20, n_roll=n_roll, n_depth=5))
+    table = ldbench.ContactTable(coarse(1, "aw", n_roll=n_roll))
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
 

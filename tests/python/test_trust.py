@@ -17,7 +17,7 @@ from ldbench.table import ContactTable
 from ldbench.trust.page import report_pages
 from ldbench.trust.variations import variations
 
-COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
+COARSE = {"model": "strip"}
 THROWN = Case.exercise(2, "aw").replace(**COARSE, table_file="")
 PEAK = "first_peak_N_LF"
 
@@ -156,7 +156,7 @@ def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
 
 def test_half_spaces():
     """Influence, pressures and static limit: changes are those of plain runs; a modulus by way of masses scales pressures, too."""
-    case = THROWN.replace(model="halfspace", n_lateral=20, n_roll=5, n_depth=5, t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(model="halfspace", t_end=0.03, stop_at="t_end")
     found = case.trust()
     before = ldbench.run(case).results
     for cause, changes in {"influence flat": {"influence": "flat"}, "youngs_modulus + 1 %": {"youngs_modulus": 1.01*2.1e11},
@@ -174,7 +174,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     noisy = shapes.noisy(shapes.with_faces(shapes.shape("awprof")), 0.01, 3)
     Path("wheel.whl").write_text(shapes.old_miniprof(noisy, "wheel"))
-    case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
     found = case.trust()
     smoothing = Profile("wheel.whl").smoothing
     assert 0.005 < smoothing < 0.02
@@ -194,7 +194,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Beside that of the case: a second call builds none, and another folder gets none."""
     monkeypatch.chdir(tmp_path)
-    case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
     tables: list[ContactTable] = []
     own = ContactTable._own
 

@@ -26,7 +26,7 @@ from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, 
 
 BATCH = 400                 # inputs of a child
 HANG = 1800                 # a child that takes so long hangs [s]
-TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
+TINY = {}
 # The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
          {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]

@@ -36,12 +36,6 @@ def probe(program: str, *arguments: object, stdin: str = "") -> np.ndarray:
     return np.loadtxt(StringIO(done.stdout), ndmin=2)
 
 
-def stated_error(table: ContactTable, poses: np.ndarray, folder: Path, most: int = 0) -> np.ndarray:
-    """The rows place, tread, flange and error of tests/fortran/stated_error.f90 for poses of the left wheel."""
-    table.case.to_namelist(folder / "stated.nml")
-    return probe("stated_error", folder / "stated.nml", stdin=f"{len(poses)} {most}\n" + text(poses)).T
-
-
 class States:
     """The wheelset's contacts at poses (y, z, roll), z being the height of the axle centre; NaN off the table."""
 

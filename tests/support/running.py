@@ -91,7 +91,7 @@ def short_case(folder: Path, **changes: dict[str, object]) -> str:
         "profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
         "initial": {"vY": 0.5, "roll_rate": 0.01667},
         "contact": {"model": "hertz"},
-        "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9},
+        "table": {},
         "integrator": {"dt": 1e-5, "t_end": 2e-3},
         "output": {"file": folder / "columns.txt", "rows": "interval"},
     }

@@ -19,7 +19,7 @@ from raw import Raw
 from reading import words_of
 
 # Left and right differ, tread and flange too; mass, load and inertia are not the call's; no first moment is the wanted one.
-SPECIMEN = {"n_lateral": 40, "n_roll": 9, "n_depth": 9, "wheel_profile_right": "profiles/swprof.yz",
+SPECIMEN = {"wheel_profile_right": "profiles/swprof.yz",
             "rail_profile_right": "profiles/srprof.yz", "mass": 1600.0, "roll_inertia": 700.0, "vertical_load": 150e3, "Z": -2e-5,
             "table_file": "outputs/specimen.table"}
 TABLES = "specimen.table", "_hertz.table"       # of the runs, and of the study's other law
