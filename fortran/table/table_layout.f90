@@ -23,13 +23,13 @@ module table_layout
   real(dp), parameter :: rounding = 3e-6_dp, least_travel = 0.05e-3_dp
   ! The path of the contact is followed in steps over the shifts from which a flange is reached [m].
   real(dp), parameter :: step = 0.5e-3_dp, reach = 20e-3_dp
-  real(dp), parameter :: outer_u = 0.7e-3_dp      ! beyond [m]
+  real(dp), parameter :: outer_u = 0.4e-3_dp      ! beyond [m]
   ! A kink of the path has another place at another roll angle: the path is followed at so many to either side, and cells are short
   ! as far as this from a kink [m].
   integer, parameter :: path_rolls = 2
   real(dp), parameter :: widening = 0.5e-3_dp
-  ! h has every third point of S, so that S makes up smoothly for the kinks of h, which cells of h round off.
-  integer, parameter :: stride = 3
+  ! h has every fourth point of S, so that S makes up smoothly for the kinks of h, which cells of h round off.
+  integer, parameter :: stride = 4
   ! Cells of the roll angle, where the wheelset stands on both rails and where it goes over one [rad].
   real(dp), parameter :: shortest_roll = 2e-3_dp, longest_roll = 8e-3_dp, upright = 0.02_dp
   ! The root of the penetration: its points, and the first one that is solved, of the last one. Smaller patches would show
