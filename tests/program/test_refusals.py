@@ -66,12 +66,12 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     ({"initial": {"Z": -0.01}}, ("&table depth = 0.0022 m", "expected", "found", "Z = -0.01")),
     ({"table": {"depth": 1e-6}}, ("&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found")),
     ({"integrator": {"beta": 0.25, "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
-      "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton to converge", "found it does not")),
+      "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton's method to solve a step", "found that it does not")),
     # Files.
     ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),
     ({"output": {"file": "{here}/folder"}}, ("{here}/folder", "&output file: expected", "found")),
     ({"table": {"file": "{here}/missing/x.table"}}, ("&table file", "{here}/missing/x.table")),
-    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found another one")),
+    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found a file of another kind")),
     *((OWN | {"output": {"file": "columns.txt"}} | {group: {name: victim}},
        (f"&{group} {name}: expected a file of its own, found {victim}, which is ",))
       for group, name, victim in (("table", "file", "./rail.yz"), ("output", "file", "case.nml"),

@@ -319,8 +319,8 @@ def test_a_variation_that_cannot_run_is_named():
     """A start whose flange is pressed nearly as deep as the table goes: 1 % further is too deep, and fails alone."""
     case = THROWN.replace(Y=0.01255, t_end=2e-3, stop_at="t_end")
     found = case.trust()
-    assert list(found.failed) == ["Y + 1 %"] and "expected penetrations within it" in found.failed["Y + 1 %"]
+    assert list(found.failed) == ["Y + 1 %"] and "expected penetrations that the contact table covers" in found.failed["Y + 1 %"]
     assert any(line.startswith("failed: Y + 1 %: ") for line in found.lines())
     assert "Y + 1 %" not in [cause for _, cause in found.variations] and PEAK in found.answers
-    with pytest.raises(ldbench.Error, match="expected penetrations within it"):
+    with pytest.raises(ldbench.Error, match="expected penetrations that the contact table covers"):
         case.replace(Y=1.01*0.01255).trust()

@@ -57,7 +57,7 @@ class Comparison:
 def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     """Bring runs onto common instants.  align: 'time', or 'first-flange' for the first flange contact of each."""
     if len(runs) < 2:
-        raise Error("expected at least two column files")
+        raise Error(f"compare: expected at least two column files, found {len(runs)}")
     runs = distinct(runs)
     firsts = [0.0 if align == "time" else first_flange(answers(run)) for run in runs]
     if None in firsts:

@@ -303,7 +303,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
     except RecursionError:
-        raise Error(f"{path}: expected TOML, found brackets within brackets beyond all use") from None
+        raise Error(f"{path}: expected TOML, found brackets nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
         raise Error(f"{path}: {error}") from None
 
