@@ -85,7 +85,7 @@ class Answer:
         known = self.quantity
         note = ", chaotic: one sample" if self.chaotic else ""
         yield f"{known.words}: {known.text(self.value)} {known.unit}".rstrip() + note
-        yield f"    program leaves open: median {known.text(self.median)}, {self.span_text(self.low, self.high)}"
+        yield f"    the program leaves open: median {known.text(self.median)}, {self.span_text(self.low, self.high)}"
         for spread in spreads({self.name: self.value}, [{self.name: x} for x in self.twins]).values():
             least, largest = known.text(spread.least), known.text(spread.largest)
             yield (f"    run and twins: median {known.text(spread.median)}, {least} to {largest}; "
@@ -146,7 +146,7 @@ class Trust:
         found = [f"{self.case}: {self.title}" if self.title else self.case,
                  f"{counted(len(kinds) + 1, 'run')}: the case, {counted(kinds.count('twin'), 'twin')} and "
                  f"{counted(len(kinds) - kinds.count('twin'), 'other variation')}, one cause at a time",
-                 "program leaves open: case, twins, table accuracy, influence",
+                 "the program leaves open: case, twins, table accuracy, influence",
                  "with inputs: all variations; inputs are changed to one side, and count to either side of an answer",
                  "that is not chaotic, as if changes were in proportion"]
         for one in self.shown(everything):
@@ -216,7 +216,7 @@ class Trust:
             rows.append((one.quantity.label, one.quantity.text(one.value) + (", chaotic" if one.chaotic else ""),
                          one.span_text(one.low, one.high), one.span_text(one.low_inputs, one.high_inputs), "; ".join(main)))
         return html_table(f"{self.case}: {self.title}" if self.title else self.case, rows,
-                          ("answer", "value", "program leaves open", "with inputs", "largest causes"))
+                          ("answer", "value", "the program leaves open", "with inputs", "largest causes"))
 
     def __repr__(self) -> str:
         return f"Trust({self.case!r}, {counted(len(self.variations) + 1, 'run')}, {counted(len(self.answers), 'answer')})"
