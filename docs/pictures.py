@@ -19,9 +19,9 @@ from PIL.PngImagePlugin import PngInfo
 import ldbench
 from browser import Browser, find_browser, started
 from ldbench.__main__ import main
+from ldbench.constants import KN, MM
 from ldbench.plots.style import ldbench_style
 from ldbench.report.formulations import FORMULATIONS, LINES
-from ldbench.results.quantities import KN, MM
 from ldbench.viewer.page import view
 
 ROOT = Path(__file__).resolve().parents[1]

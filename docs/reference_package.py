@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from ldbench import Case, ContactTable, Error, __version__
-from ldbench.results.quantities import CONTACTS
+from ldbench.constants import CONTACTS
 from ldbench.runs import Run, compute
 from ldbench.tools import check_ending, complete, digest
 from ldbench_round.metrics import scored

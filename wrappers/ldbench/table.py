@@ -22,7 +22,8 @@ from ._core.files import complete
 from ._core.wording import clearance_words, counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
-from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
+from .constants import CONTACTS
+from .pressure import ELEMENTS, Patch, check_model, load, press
 from .profiles.profile import core_file
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run

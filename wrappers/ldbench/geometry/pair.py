@@ -12,8 +12,7 @@ from .._core.errors import Error
 from .._core.wording import clearance_words
 from ..case import Case
 from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
-from ..profiles.measures import TAPE_CIRCLE
-from ..results.quantities import DEG, MM
+from ..constants import DEG, MM, TAPE_CIRCLE
 from ..table import rigid_geometry
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
 from .outlines import Outlines, case_outlines

@@ -290,7 +290,7 @@ class Scene {
     g.lineWidth = 2;
     const length = roundBelow(90 / this.scale), bar = length * this.scale;
     strokes(g, [12, y, 12 + bar, y]);
-    const size = length >= 1e-3 ? `${+(1e3 * length).toPrecision(1)} mm` : `${+(1e6 * length).toPrecision(1)} µm`;
+    const size = length >= 1e-3 ? `${shortNumber(1e3 * length, 1)} mm` : `${shortNumber(1e6 * length, 1)} µm`;
     labels.words(size, 12, y - 6);
     const {logarithmic} = this.settings, right = this.w - 12 - ARROW;
     const decades = [1e3, 1e4, 1e5, 1e6, 1e7].filter(N => N >= LOG_FROM && N <= largest);
@@ -300,7 +300,7 @@ class Scene {
     g.font = "11px system-ui, sans-serif";
     for (const N of forces) {
       const x = right + this.arrowLength(N, largest);
-      labels.words(several ? `${N / 1e3}` : kilonewtons(N), x, y - 8, several ? "center" : "right");
+      labels.words(several ? `${N / 1e3}` : forceText(N), x, y - 8, several ? "center" : "right");
     }
     labels.words(several ? "kN, logarithmic" : "force", right - 6, y + 4, "right");
     g.font = "12px system-ui, sans-serif";
