@@ -379,14 +379,15 @@ def rigid_geometry(case: Case) -> Handle:
     return Handle(flat.free_prepared, address)
 
 
-def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float]:
+def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float, tuple[float, float]]:
     """The outlines of a case's profiles in their places: wheel in the frame of the wheelset and rail in that of the track, (n, 2)
-    [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails.
-    Error where a run would refuse the profiles."""
+    [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails;
+    rigid-axle flange clearance to the left and to the right [m]. Error where a run would refuse the profiles."""
     handle = rigid_geometry(case)
     sizes, (axle, roll) = flat.outline_sizes(handle)
     left, right = ([flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (1, 2)] for side in (1, 2))
-    return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll)
+    clearance_left, clearance_right = (float(flat.rigid_numbers(handle, side)[0][0]) for side in (1, 2))
+    return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll), (clearance_left, clearance_right)
 
 
 def profile_names(case: Case) -> str:

@@ -144,7 +144,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
         "derived": derived,
         "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answers(run)), "index": index,
-        "shape": shapes.index(shape) if shape else None, "clearance": number(run.result("clearance_left")),
+        "shape": shapes.index(shape) if shape else None, "clearance": outlines.clearance if outlines else None,
         "namelist": namelist_text(run),
     }
     return entry, body

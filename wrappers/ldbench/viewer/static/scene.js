@@ -61,8 +61,8 @@ class Scene {
   poseOf(run, shape, at) {
     const pose = run.pose(at), factor = this.settings.gap;
     if (factor === 1 || !shape) return {...pose, aside: 0};
-    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.lateralGap(outline, run, pose, side),
-      whole: run.clearance ?? this.lateralGap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
+    const known = sidesOf(shape).map(([outline, side]) => ({
+      side, found: this.lateralGap(outline, run, pose, side), whole: run.clearance[side > 0 ? 0 : 1]}));
     const near = known.filter(({found}) => found).sort((a, b) => a.found.gap - b.found.gap)[0];
     return {...pose, aside: near ? near.side * (near.found.gap - exaggerated(near.found.gap, near.whole, factor)) : 0};
   }
