@@ -68,3 +68,8 @@ def percent_text(share: float | None, decimals: int = 2, *, sign: bool = False) 
 def force_text(force: float) -> str:
     """A force [N] in kN, in three digits and at most one decimal."""
     return f"{number_text(1e-3*force, 1, 3)} kN"
+
+
+def clearance_words(left: float, right: float) -> str:
+    """Rigid-axle flange clearance to both sides [m] as it is written everywhere, in mm: 'left 10.180, right 10.180'."""
+    return f"left {number_text(1e3*left, 3)}, right {number_text(1e3*right, 3)}"

@@ -19,10 +19,11 @@ from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, path_bytes, text, version, watched
 from ._core.errors import BadValue, Error, Warning
 from ._core.files import complete
-from ._core.wording import clearance_words, counted, html_table
+from ._core.wording import counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
 from .constants import CONTACTS
+from .number_text import clearance_words
 from .pressure import ELEMENTS, Patch, check_model, load, press
 from .profiles.profile import core_file
 

@@ -9,10 +9,10 @@ import numpy as np
 from .._core import flat
 from .._core.calls import Handle
 from .._core.errors import Error
-from .._core.wording import clearance_words
 from ..case import Case
 from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
 from ..constants import DEG, MM, SIDES, TAPE_CIRCLE
+from ..number_text import clearance_words
 from ..table import rigid_geometry
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
 from .outlines import Outlines, case_outlines

@@ -9,12 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from .._core.wording import clearance_words
 from ..constants import DEG, MM
 from ..geometry.en15302 import AMPLITUDES, window
 from ..geometry.outlines import Side
 from ..geometry.pair import Pair
-from ..number_text import number_text
+from ..number_text import clearance_words, number_text
 from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
 from .style import BLACK, BLUE, CONTACT_LINES, GREY, RED, SKY, Line, plain_numbers

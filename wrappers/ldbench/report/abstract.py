@@ -13,9 +13,8 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import complete
 from .._core.optional import needed
-from .._core.wording import clearance_words
 from ..constants import CONTACT_NAMES
-from ..number_text import percent_text, scientific
+from ..number_text import clearance_words, percent_text, scientific
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.style import ldbench_style
