@@ -177,7 +177,8 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
     found = case.trust()
     smoothing = Profile("wheel.whl").smoothing
-    assert 0.005 < smoothing < 0.02
+    # The curve leaves the noise of 0.01 mm to the points, but for the few that determine each piece.
+    assert smoothing == pytest.approx(0.01, rel=0.1)
     causes = [cause for kind, cause in found.variations if kind == "smoothing"]
     assert causes == [f"smoothing of the wheel wheel.whl {1e3*factor*smoothing:.2g} µm" for factor in (0.5, 2)]
     Profile("wheel.whl", smoothing=2*smoothing).write("smoother.yz")

@@ -16,7 +16,7 @@ import numpy as np
 
 from .._core.errors import Error
 from .._core.files import read_bytes, read_text
-from .quantities import GRAVITY
+from ..constants import GRAVITY
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd

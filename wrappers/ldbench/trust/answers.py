@@ -14,6 +14,7 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import complete
 from .._core.wording import counted, html_table
+from ..number_text import two_digits
 from ..results.quantities import OUTCOME, Quantity, si_unit
 from ..results.twins import is_chaotic, spreads
 from .variations import PROGRAM
@@ -69,8 +70,8 @@ class Answer:
             return f"{cause}: makes it {'go' if np.isfinite(self.value) else 'come'}"
         sign = "up to " if cause == "others" else "+" if change > 0 else "−"
         known = self.quantity
-        size = f"{shown(100*abs(change/self.value))} %" if self.value else f"{shown(known.scale*abs(change))} {known.unit}"
-        return f"{cause}: {sign}{size}"
+        size, unit = (100*abs(change/self.value), "%") if self.value else (known.scale*abs(change), known.unit)
+        return f"{cause}: {sign}{two_digits(size)} {unit}"
 
     def span_text(self, low: float, high: float) -> str:
         """A range, and what it is of the value in %."""
@@ -78,7 +79,7 @@ class Answer:
         if not (self.value and np.isfinite([self.value, low, high]).all()):
             return text
         below, above = (100*(x - self.value)/abs(self.value) for x in (low, high))
-        return f"{text} (−{shown(abs(below))} to +{shown(abs(above))} %)"
+        return f"{text} (−{two_digits(abs(below))} to +{two_digits(abs(above))} %)"
 
     def lines(self) -> Iterator[str]:
         """What there is to say, line by line."""
@@ -225,11 +226,6 @@ class Trust:
 def finite(values: list[float]) -> list[float]:
     """The values that are there."""
     return [float(x) for x in values if np.isfinite(x)]
-
-
-def shown(x: float) -> str:
-    """A size in two significant digits, without an exponent where it is not tiny."""
-    return f"{x:.1e}" if 0 < x < 1e-4 else f"{float(f'{x:.2g}'):.15g}"
 
 
 def plain(x: Any) -> Any:
