@@ -94,7 +94,7 @@ contains
       call fatal_error(error, file//': expected a wheel''s y from its back, at y = 0, found the least y = '// &
         str(minval(points(1, :))))
     else if (points(2, 1) > points(2, n) .or. abs(rim(2)) > tan(upright)*abs(rim(1))) then
-      call fatal_error(error, file//': expected a wheel without the faces of its back and of its rim, found one')
+      call fatal_error(error, file//': expected a wheel without the upright faces of its back and of its rim, found such a face')
     end if
   end subroutine check_extent
 
@@ -118,8 +118,8 @@ contains
       do i = 2, size(y)
         outermost = max(outermost, y(i))
         if (y(i) >= outermost - undercut .and. z(i) >= maxval(z) - deepest) cycle
-        call fatal_error(error, file//': expected the head of a rail alone, found points under it at y = '//str(y(i))// &
-          ', z = '//str(z(i)))
+        call fatal_error(error, file//': expected points of the head of a rail alone, '// &
+          'found points under the head at y = '//str(y(i))//', z = '//str(z(i)))
         return
       end do
     end associate

@@ -46,8 +46,8 @@ contains
         motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
       end if
       if (ieee_is_nan(motion%v(3))) then
-        call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails with roll_link = ''rails'', '// &
-          'found none there')
+        call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset that can stand on both rails, for '// &
+          'roll_link = ''rails'', found that it cannot; choose a Y nearer to 0')
         return
       end if
       call evaluate_contacts(setup%wheelset, motion, status)
@@ -139,18 +139,22 @@ contains
 
     select case (status)
     case (outside_lateral)
-      reason = '&table lateral = '//str(monitor%c%extent%lateral)//' m: expected the wheels within it, found them outside'
+      reason = '&table lateral = '//str(monitor%c%extent%lateral)// &
+        ' m: expected wheels that the contact table covers, found one farther away'
     case (outside_roll)
-      reason = '&table roll = '//str(monitor%c%extent%roll)//' rad: expected the wheelset within it, found it outside'
+      reason = '&table roll = '//str(monitor%c%extent%roll)// &
+        ' rad: expected roll angles that the contact table covers, found a larger one'
     case (outside_depth)
-      reason = '&table depth = '//str(monitor%c%extent%depth)//' m: expected penetrations within it, found a deeper one'
+      reason = '&table depth = '//str(monitor%c%extent%depth)// &
+        ' m: expected penetrations that the contact table covers, found a deeper one'
     case (outside_law)
-      reason = '&table: expected poses that the table was made for, found one in which the contact would pull'
+      reason = '&table: expected a contact table whose forces push, found a pose in which its force pulls'
     case (step_diverged)
-      reason = '&integrator dt = '//str(step)//' s: expected Newton to converge within '// &
-        str(monitor%c%max_iterations)//' iterations and '//str(monitor%c%max_halvings)//' halvings, found it does not'
+      reason = '&integrator dt = '//str(step)//' s: expected Newton''s method to solve a step within '// &
+        str(monitor%c%max_iterations)//' iterations and '//str(monitor%c%max_halvings)// &
+        ' halvings of the step, found that it does not'
     case default
-      reason = 'the step failed'
+      reason = 'expected a step that the integrator can make, found none'
     end select
     reason = reason//trim(instant(motion, monitor%setup%equilibrium))
     if (step > monitor%run%stable_step) reason = reason//'; &integrator dt must be less than '//str(monitor%run%stable_step)// &

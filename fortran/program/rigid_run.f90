@@ -131,9 +131,9 @@ contains
     case (path_ends)
       reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end'
     case (no_solution)
-      reason = 'formulation = ''unilateral'': expected at most three contacts to close at once, found more or none that can,'
+      reason = 'formulation = ''unilateral'': expected impulses of at most three contacts that end an impact, found none,'
     case default
-      reason = 'formulation = ''unilateral'': expected time between impacts, found none'
+      reason = 'formulation = ''unilateral'': expected time between impacts, found one impact after another at once,'
     end select
     call fatal_error(error, reason//instant(motion, setup%equilibrium))
   end subroutine report_failure

@@ -67,7 +67,8 @@ contains
       if (k == 2) call clearance(setup%side(2:1:-1), setup%side(k)%clearance, ok)
       if (ok) cycle
       call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
-        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found no flange contact there; '// &
+        'correct gauge, back_to_back or the profiles')
       return
     end do
     setup%centred = [0.0_dp, setup%side(1)%pair%axle_height, 0.0_dp]
@@ -75,8 +76,8 @@ contains
       setup%side(2)%clearance = setup%side(1)%clearance
     else
       call rigid_contact(setup%side, 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
-      if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected a centred '// &
-        'wheelset on both rails, found none')
+      if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected profiles on '// &
+        'which the centred wheelset stands on both rails, found that it cannot')
     end if
 
   contains
@@ -132,7 +133,8 @@ contains
       call settle(setup%wheelset, setup%equilibrium, ok)
       if (.not. ok) then
         call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
-          ' N: expected an equilibrium within &table depth = '//str(c%extent%depth)//' m, found none')
+          ' N: expected an equilibrium with penetrations up to &table depth = '//str(c%extent%depth)// &
+          ' m, found none; lower the load or raise the depth')
         return
       end if
       setup%rest = setup%equilibrium
@@ -144,8 +146,8 @@ contains
         setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected an equilibrium '// &
-        'between the flanges, found none')
+      call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected profiles on '// &
+        'which the wheelset rests between its flanges, found no equilibrium there')
       return
     end if
     do k = 1, merge(1, 2, setup%symmetric)

@@ -79,8 +79,9 @@ contains
       call start_own(side, centred, farthest, given, rate, r, ok)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset on both rails with formulation = '''// &
-        trim(merge('bilateral ', 'unilateral', rule%bilateral))//''', found none there')
+      call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset that can stand on both rails, '// &
+        'for formulation = '''//trim(merge('bilateral ', 'unilateral', rule%bilateral))// &
+        ''', found that it cannot; choose a Y nearer to 0')
       return
     end if
     motion = to_case(r%state%motion, r%mirrored)

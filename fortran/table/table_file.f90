@@ -65,7 +65,8 @@ contains
     n = int(min(bytes, len(kind, int64)))
     read (unit, iostat=stat) mark(:n)
     if (stat /= 0 .or. mark(:n) /= kind(:n)) then
-      call fatal_error(error, '&table file = '//file//': expected a contact table or no file, found another one')
+      call fatal_error(error, '&table file = '//file//': expected a contact table or no file, '// &
+        'found a file of another kind; name another one')
     else if (n == len(kind) .and. modulo(bytes, 8_int64) == 0) then
       allocate (s%word(bytes/8), stat=stat)
       if (stat == 0) read (unit, pos=1, iostat=stat) s%word

@@ -84,7 +84,7 @@ def main(args: argparse.Namespace) -> int:
         make_film(runs, target, args.start, args.end, args.speed, case)
     print(f"{target}  {target.stat().st_size/1e6:.2f} MB")
     if kind in PAGES and args.browser and at_display() and not webbrowser.open(target.resolve().as_uri()):
-        print("found no browser that opens the page")
+        print(f"{target}: no browser was found that opens this page")
     return 0
 
 

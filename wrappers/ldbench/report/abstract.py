@@ -13,12 +13,13 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import complete
 from .._core.optional import needed
-from .._core.wording import clearance_words
+from ..constants import CONTACT_NAMES
+from ..number_text import clearance_words, percent_text, scientific
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.style import ldbench_style
 from ..results.columns import read_toml
-from ..results.quantities import CONTACT_NAMES, OUTCOME, scientific
+from ..results.quantities import OUTCOME
 from ..results.run_data import RETURNED, RunData
 from ..results.summary import CHAOTIC_NOTE, shown, summary_row
 from ..results.twins import Chaotic
@@ -48,7 +49,7 @@ PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and f
 def worst_errors(runs: Sequence[RunData], place: str) -> str:
     """The largest rms and, in brackets, the largest error of the contact force that the runs state at a place."""
     found = [run.header.table_errors[place] for run in runs if place in run.header.table_errors]
-    return f"{percent(max(rms for rms, _ in found))} ({percent(max(most for _, most in found))})" if found else ""
+    return f"{percent_text(max(rms for rms, _ in found), 3)} ({percent_text(max(most for _, most in found), 3)})" if found else ""
 
 
 def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
@@ -152,11 +153,6 @@ def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:
     left, right = (runs[0].result(f"clearance_{side}") for side in ("left", "right"))
     return {"name": runs[0].pair, "clearance": clearance_words(left, right),
             "points": runs[0].header.table_points.replace(" x ", " × ")}
-
-
-def percent(share: float) -> str:
-    """Write a share in percent with two digits."""
-    return f"{100*share:#.2g}".rstrip(".") + " %"
 
 
 def exponents(rows: Mapping[RunData, Mapping[str, Any]]) -> list[dict[str, str]]:
