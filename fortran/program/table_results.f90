@@ -68,7 +68,8 @@ contains
       if (unsolved > 0) call items%warn(str(unsolved)//' of '//str(sum(poses) + unsolved)// &
         ' direct solutions of contacts did not converge; the error of the contact force leaves them out')
       if (.not. all(rms(:3) <= c%accuracy)) call items%warn('contact force: expected an rms error of at most '// &
-        '&table accuracy = '//str(c%accuracy)//' on the tread, on the flange and on both at once, found '//trim(rounded(maxval(rms(:3)), scientific)))
+        '&table accuracy = '//str(c%accuracy)//' on the tread, on the flange and on both at once, found '// &
+        trim(rounded(maxval(rms(:3)), scientific)))
       if (.not. rms(4) <= going_over*c%accuracy) call items%warn('contact force: expected an rms error '// &
         'of at most '//str(nint(going_over))//' x &table accuracy while the wheelset goes over a rail, found '// &
         trim(rounded(rms(4), scientific))//'; do not trust the end of a run that derails')

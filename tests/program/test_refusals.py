@@ -37,7 +37,7 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     *((f"&initial\n  pitch = {value}\n/\n", ("line ", "&initial", "expected")) for value in MALFORMED),
     # Values.
     ("&wheelset mass = -3 /", ("line 1, &wheelset mass: expected a number from ", "found -3")),
-    ("&table n_roll = 9.5 /", ("&table n_roll: expected a whole number", "found 9.5")),
+    ("&integrator max_halvings = 9.5 /", ("&integrator max_halvings: expected a whole number", "found 9.5")),
     ({"case": {"name": "a/b"}}, ("&case name", "expected a word that can name a file", "a/b")),
     # Values that do not fit each other or the profiles.
     ({"track": {"gauge": 1.2}}, ("&track gauge = 1.2 m", "back_to_back = 1.35214 m", "awprof.yz", "arprof.yz")),

@@ -74,9 +74,9 @@ def test_names_in_any_case_of_letters_and_with_their_group():
 
 def test_replace_makes_another_case():
     case = ldbench.Case.exercise(1)
-    other = case.replace(VY=np.float64(0.3), n_roll=np.int64(51), OUTPUT_FILE=Path("x.txt"))
-    assert (other.vY, other.n_roll, other.output_file) == (0.3, 51, "x.txt") and case.vY == 0.1 and case != other
-    same = other.replace(vY=0.1, n_roll=160.0, output_file=case.output_file)
+    other = case.replace(VY=np.float64(0.3), max_halvings=np.int64(9), OUTPUT_FILE=Path("x.txt"))
+    assert (other.vY, other.max_halvings, other.output_file) == (0.3, 9, "x.txt") and case.vY == 0.1 and case != other
+    same = other.replace(vY=0.1, max_halvings=20.0, output_file=case.output_file)
     assert same == case and hash(same) == hash(case)
 
 
@@ -166,7 +166,7 @@ REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
     ({"dt": float("nan")}, "integrator dt", REAL, "NaN"), ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
-    ({"dt": True}, "integrator dt", REAL, "True"), ({"max_halvings": 9.5}, "integrator max_halvings", "a whole number from 0 to 40", "9.5"),
+    ({"dt": True}, "integrator dt", REAL, "True"), ({"max_halvings": 9.5}, "integrator max_halvings", "a whole number from 0 to 30", "9.5"),
     ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"), ({"title": 3}, "case title", TEXT, "3"),
     ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"), ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
@@ -262,10 +262,10 @@ def test_a_load_beyond_the_table_is_refused():
     assert (shared.value.group, shared.value.variable, shared.value.file) == ("wheelset", "vertical_load", table.case.label)
 
 
-@pytest.mark.parametrize("n_roll", [9, 21, 45])
-def test_an_upright_wheelset_has_equal_wheels(n_roll: int):
+@pytest.mark.parametrize("accuracy", [1e-2, 2e-3, 1e-4])
+def test_an_upright_wheelset_has_equal_wheels(accuracy: float):
     """To the last bit, wherever rounding puts zero on the axis of the roll angle."""
-    table = ldbench.ContactTable(coarse(1, "aw", n_roll=n_roll))
+    table = ldbench.ContactTable(coarse(1, "aw", accuracy=accuracy))
     (tread, _), (other, _) = table.forces_by_contact(0.0, table.equilibrium, 0.0).reshape(2, 2, 3)
     assert np.array_equal(tread, other*[-1, 1, -1]) and tread[1] > 8e4
 
@@ -289,16 +289,7 @@ def test_progress_of_a_run_grows_until_an_exception_stops_it(tmp_path):
         ldbench.run(endless(tmp_path, table_file=""), progress=stop_at_the_third)
     shares = [share for stage, share in told if stage == "integration"]
     assert shares == sorted(shares) and 0 <= shares[0] < shares[-1] <= 1
-    assert list(dict.fromkeys(stage for stage, _ in told)) in (["integration"], ["table", "integration"])
-    assert not list(tmp_path.iterdir())
-
-
-def test_an_exception_in_progress_stops_a_table(tmp_path):
-    def stop(stage: str, share: float) -> None:
-        raise Enough
-
-    with pytest.raises(Enough):
-        ldbench.ContactTable(coarse(1, "aw", model="halfspace", table_file=tmp_path / "aw.table"), progress=stop)
+    assert {stage for stage, _ in told} == {"integration"}
     assert not list(tmp_path.iterdir())
 
 

@@ -53,7 +53,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         return counted_work
 
     monkeypatch.setattr(members, "compute", counting("runs", members.compute))
-    monkeypatch.setattr(pools.ContactTable, "quiet", counting("tables", pools.ContactTable.quiet))
+    monkeypatch.setattr(pools, "ContactTable", counting("tables", pools.ContactTable))
     return counts
 
 

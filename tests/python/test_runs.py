@@ -257,7 +257,7 @@ def test_unknown_names_are_key_errors_with_the_nearest(elastic: tuple[ldbench.Ru
 def test_bad_arguments_are_value_or_type_errors(elastic: tuple[ldbench.Run, ldbench.Run]):
     case = elastic[0].case
     wrong: dict[type[Exception], list[Callable[[], object]]] = {
-        ValueError: [lambda: ldbench.Case(dt=-1.0), lambda: case.replace(model="herz"), lambda: case.replace(n_roll=5.5),
+        ValueError: [lambda: ldbench.Case(dt=-1.0), lambda: case.replace(model="herz"), lambda: case.replace(max_halvings=5.5),
                      lambda: ldbench.ensemble(case, {"mass": []}), lambda: ldbench.ensemble(case, {"mass": [1e3]}, threads=0),
                      lambda: elastic[0].table.force(0.0, 0.4, 0.0, wheel="front")],
         TypeError: [lambda: ldbench.Case(dt="small"), lambda: ldbench.Case(title=3), lambda: ldbench.Case(vY=1.0, initial_vY=1.0),

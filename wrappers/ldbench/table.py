@@ -94,8 +94,11 @@ class ContactTable:
     frequencies: tuple[float, ...]
 
     def __init__(self, case: Case | str | os.PathLike[str]) -> None:
-        """Prepare the table of a case, or of a namelist file, with what the table file keeps. What a pose needs is solved when it is
-        first asked for, and kept: by this table for all its poses and runs, and by the file where the case names one."""
+        """Prepare the table of a case, or of a namelist file, with what the table file keeps.
+
+        What a pose needs is solved when it is first asked for, and kept: by this table for all its poses and runs, and by the file
+        where the case names one.
+        """
         case = Case.given(case)
         paths = located(case)
         with _table_file:
@@ -147,9 +150,11 @@ class ContactTable:
         return solved, found, failed
 
     def errors(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "left") -> tuple[np.ndarray, np.ndarray]:
-        """Error of the force on the left or right wheel, |F_table - F|/max(|F|, 5 kN), and the force |F| [N] without the table, shape
-        (...) each: a finite difference of the energy, with the whole wheel pressed anew on finer grids. NaN where that does not
-        converge. It takes some milliseconds a pose."""
+        """Error of the force on the left or right wheel, |F_table - F|/max(|F|, 5 kN), and |F| [N], shape (...) each.
+
+        F is a finite difference of the energy without the table, of the whole wheel, pressed anew on finer grids. The error is NaN
+        where that does not converge. It takes some milliseconds a pose.
+        """
         if self.case.formulation != "elastic" or wheel == "both":
             raise BadValue(f"expected elastic contacts and wheel='left' or 'right', found {self.case.formulation!r}, {wheel!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (y, z, roll)))
