@@ -37,8 +37,8 @@ contains
     top = maxval(pair%rail%a(2, 1, :))
     call find_gauge_point(pair%rail, top - gauge_depth, r, ok)
     if (.not. ok) then
-      call fatal_error(error, rail_file//': the rail has no gauge face '//str(gauge_depth)// &
-        ' m below its top; &track gauge_depth must lie within the profile')
+      call fatal_error(error, 'the rail has no gauge face '//str(gauge_depth)// &
+        ' m below its top; &track gauge_depth must lie within the profile', rail_file)
       return
     end if
     pair%rail%a(1, 1, :) = pair%rail%a(1, 1, :) + gauge/2 - r(1)
@@ -63,6 +63,8 @@ contains
     if (.not. ok) then
       call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '//str(back_to_back)// &
         ' m does not put the treads of '//wheel_file//' on '//rail_file//' at gauge_depth = '//str(gauge_depth)//' m')
+      error%group = 'track'        ! the statement begins with the variable
+      error%variable = 'gauge'
       return
     end if
     pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius

@@ -3,7 +3,7 @@ module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use rigid_geometry, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
-  use errors, only: error_type, fatal_error
+  use errors, only: append_advice, error_type, fatal_error, refuse
   use kinds, only: dp
   use motion_state, only: motion_type
   use cut_steps, only: cut_step, cutting_type, short_step, step_watcher
@@ -46,8 +46,8 @@ contains
         motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
       end if
       if (ieee_is_nan(motion%v(3))) then
-        call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset on both rails with roll_link = ''rails'', '// &
-          'found none there')
+        call refuse(error, 'a wheelset on both rails with roll_link = ''rails''', 'none there', group='initial', &
+          variable='Y', detail=' = '//str(c%y)//' m')
         return
       end if
       call evaluate_contacts(setup%wheelset, motion, status)
@@ -135,27 +135,31 @@ contains
     real(dp), intent(in) :: step                 !! [s]
     integer, intent(in) :: status                !! of `integrators` or `contact_table`
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: reason
+    character(:), allocatable :: there
 
-    select case (status)
-    case (outside_lateral)
-      reason = '&table lateral = '//str(monitor%c%extent%lateral)//' m: expected the wheels within it, found them outside'
-    case (outside_roll)
-      reason = '&table roll = '//str(monitor%c%extent%roll)//' rad: expected the wheelset within it, found it outside'
-    case (outside_depth)
-      reason = '&table depth = '//str(monitor%c%extent%depth)//' m: expected penetrations within it, found a deeper one'
-    case (outside_law)
-      reason = '&table: expected poses that the table was made for, found one in which the contact would pull'
-    case (step_diverged)
-      reason = '&integrator dt = '//str(step)//' s: expected Newton to converge within '// &
-        str(monitor%c%max_iterations)//' iterations and '//str(monitor%c%max_halvings)//' halvings, found it does not'
-    case default
-      reason = 'the step failed'
-    end select
-    reason = reason//trim(instant(motion, monitor%setup%equilibrium))
-    if (step > monitor%run%stable_step) reason = reason//'; &integrator dt must be less than '//str(monitor%run%stable_step)// &
-      ' s to be stable'
-    call fatal_error(error, reason)
+    there = trim(instant(motion, monitor%setup%equilibrium))
+    associate (c => monitor%c)
+      select case (status)
+      case (outside_lateral)
+        call refuse(error, 'the wheels within it', 'them outside'//there, group='table', variable='lateral', &
+          detail=' = '//str(c%extent%lateral)//' m')
+      case (outside_roll)
+        call refuse(error, 'the wheelset within it', 'it outside'//there, group='table', variable='roll', &
+          detail=' = '//str(c%extent%roll)//' rad')
+      case (outside_depth)
+        call refuse(error, 'penetrations within it', 'a deeper one'//there, group='table', variable='depth', &
+          detail=' = '//str(c%extent%depth)//' m')
+      case (outside_law)
+        call refuse(error, 'poses that the table was made for', 'one in which the contact would pull'//there, group='table')
+      case (step_diverged)
+        call refuse(error, 'Newton to converge within '//str(c%max_iterations)//' iterations and '//str(c%max_halvings)// &
+          ' halvings', 'it does not'//there, group='integrator', variable='dt', detail=' = '//str(step)//' s')
+      case default
+        call fatal_error(error, 'the step failed'//there)
+      end select
+    end associate
+    if (step > monitor%run%stable_step) &
+      call append_advice(error, '&integrator dt must be less than '//str(monitor%run%stable_step)//' s to be stable')
   end subroutine report_failure
 
 end module elastic_run

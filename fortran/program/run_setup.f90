@@ -4,7 +4,7 @@ module run_setup
   use both_rails, only: largest_force_on_rails, rest_on_rails
   use case, only: case_type
   use contact_zones, only: find_zones, least_turn, side_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, place_error, refuse
   use rigid_geometry, only: clearance, rigid_contact
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
@@ -67,8 +67,8 @@ contains
       if (k == 1) call clearance(setup%side, setup%side(k)%clearance, ok)
       if (k == 2) call clearance(setup%side(2:1:-1), setup%side(k)%clearance, ok)
       if (ok) cycle
-      call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
-        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found none')
+      call refuse(error, 'a flange clearance between 0 and 0.05 m', 'none', group='track', variable='gauge', &
+        detail=' = '//str(c%gauge)//' m with &wheelset back_to_back = '//str(c%back_to_back)//' m')
       return
     end do
     setup%centred = [0.0_dp, setup%side(1)%pair%axle_height, 0.0_dp]
@@ -76,8 +76,8 @@ contains
       setup%side(2)%clearance = setup%side(1)%clearance
     else
       call rigid_contact(setup%side, 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
-      if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected a centred '// &
-        'wheelset on both rails, found none')
+      if (.not. ok) call refuse(error, 'a centred wheelset on both rails', 'none', group='profiles', &
+        variable='wheel_profile_right', detail=', rail_profile_right')
     end if
 
   contains
@@ -100,7 +100,7 @@ contains
           call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
             c%rolling_radius, side%pair, error)
         end if
-        if (allocated(error) .and. faulty /= '') error%message = '&profiles '//faulty//': '//error%message
+        if (allocated(error) .and. faulty /= '') call place_error(error, group='profiles', variable=faulty)
         if (allocated(error)) return
         ! A rigid wheel touches at a point on either side of any arc.
         call find_zones(side%pair, merge(least_turn, 0.0_dp, c%formulation == 'elastic'), side%zones)
@@ -132,8 +132,8 @@ contains
       setup%equilibrium = setup%centred
       call settle(setup%wheelset, setup%equilibrium, ok)
       if (.not. ok) then
-        call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
-          ' N: expected an equilibrium within &table depth = '//str(c%extent%depth)//' m, found none')
+        call refuse(error, 'an equilibrium within &table depth = '//str(c%extent%depth)//' m', 'none', group='wheelset', &
+          variable='vertical_load', detail=' = '//str(c%vertical_load)//' N')
         return
       end if
       setup%rest = setup%equilibrium
@@ -145,8 +145,8 @@ contains
         setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected an equilibrium '// &
-        'between the flanges, found none')
+      call refuse(error, 'an equilibrium between the flanges', 'none', group='profiles', variable='wheel_profile_right', &
+        detail=', rail_profile_right')
       return
     end if
     do k = 1, merge(1, 2, setup%symmetric)

@@ -6,7 +6,7 @@ module rigid_motion
   use both_rails, only: stand_at
   use constraint_forces, only: tangent
   use contact_zones, only: side_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use gap_functions, only: new_contacts, search_stations
   use impacts, only: resolve_contacts, set_forces, touching
   use kinds, only: dp
@@ -79,8 +79,9 @@ contains
       call start_own(side, centred, farthest, given, rate, r, ok)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset on both rails with formulation = '''// &
-        trim(merge('bilateral ', 'unilateral', rule%bilateral))//''', found none there')
+      call refuse(error, 'a wheelset on both rails with formulation = '''// &
+        trim(merge('bilateral ', 'unilateral', rule%bilateral))//'''', 'none there', group='initial', variable='Y', &
+        detail=' = '//str(offset(1))//' m')
       return
     end if
     motion = to_case(r%state%motion, r%mirrored)

@@ -5,7 +5,7 @@ module table_file
   use, intrinsic :: iso_fortran_env, only: int64
   use bspline, only: axis_type, new_axis
   use contact_zones, only: max_zones
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, fatal_error, refuse
   use kinds, only: dp
   use contact_table, only: accuracy_type, table_type
   use zone_coupling, only: pair_table
@@ -48,7 +48,7 @@ contains
     call out%begin(file)
     call out%put(transfer(s%word(:s%n), repeat(' ', 8*s%n)))
     call out%finish()
-    if (.not. out%ok) call fatal_error(error, '&table file = '//file//': cannot be written')
+    if (.not. out%ok) call fatal_error(error, 'cannot be written', group='table', variable='file', detail=' = '//file)
   end subroutine save_table
 
   !> Read the table that was made for `key`. `found` is false if the file is absent, damaged or made for something else.
@@ -70,7 +70,7 @@ contains
     n = int(min(bytes, len(kind, int64)))
     read (unit, iostat=stat) mark(:n)
     if (stat /= 0 .or. mark(:n) /= kind(:n)) then
-      call fatal_error(error, '&table file = '//file//': expected a contact table or no file, found another one')
+      call refuse(error, 'a contact table or no file', 'another one', group='table', variable='file', detail=' = '//file)
     else if (n == len(kind) .and. modulo(bytes, 8_int64) == 0) then
       allocate (s%word(bytes/8), stat=stat)
       if (stat == 0) read (unit, pos=1, iostat=stat) s%word

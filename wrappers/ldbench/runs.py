@@ -68,7 +68,7 @@ class Run(RunData):
         """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. Of a
         run from a file it is a copy."""
         if path is None:
-            raise Error(f"{self.file}: expected the path of another file, to which the run is copied, found none")
+            raise Error(file=self.file, expected="the path of another file, to which the run is copied", found="none")
         check_written([Path(path)], [self.file])
         with complete(Path(path)) as scratch:
             shutil.copyfile(self.file, scratch)
@@ -152,7 +152,8 @@ class ComputedRun(Run):
         """Handle of the run. A run from another process is computed again, once, to write its file."""
         again = compute(self.case, table=self.table)
         if again.comments != self.comments:
-            raise Error(f"{self.case.label}: expected the profiles and the program that made the run, found others")
+            raise Error(file=self.case.label, expected="the profiles and the program that made the run",
+                        found="others")
         return again.handle
 
     @functools.cached_property
@@ -221,7 +222,8 @@ def check_own_file(case: Case, wanted: str) -> None:
     pairs = zip(variables(), case.values, case.unchanged, strict=True)
     if (any(variable.group != "output" and value != before for variable, value, before in pairs)
             and output_path(case) == output_path(Case.of_values(case.unchanged, case.label))):
-        raise Error(f"{case.label}: expected {wanted}, found none: {output_path(case)} is the file of the unchanged case")
+        raise Error(file=case.label, expected=wanted,
+                    found=f"none: {output_path(case)} is the file of the unchanged case")
 
 
 def output_path(case: Case) -> str:

@@ -60,9 +60,9 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     """
     task = task or task_of(file)
     if task is None:
-        raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+        raise Error(file=file, expected="a name that says the simulation, as ex2_aw, or --simulation", found="neither")
     if is_device(file):
-        raise Error(f"{file}: expected a file, found a device or a pipe")
+        raise Error(file=file, expected="a file", found="a device or a pipe")
     header = read_header(file)
     if header.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)

@@ -53,11 +53,12 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     """Score a run against a reference up to a horizon [s], without spreads."""
     for one in run, reference:
         if len(one.time) < 2:
-            raise Error(f"{one.file}: expected rows at two times at least, found {len(one.time)}")
+            raise Error(file=one.file, expected="rows at two times at least", found=len(one.time))
     first, last = float(reference.time[0]), min(limit, float(reference.time[-1]))
     begin, end = max(float(run.time[0]), first), min(last, float(run.time[-1]))
     if end <= begin:
-        raise Error(f"{run.file}: expected times in common with {reference.file} before the horizon {limit:.4g} s, found none")
+        raise Error(file=run.file, expected=f"times in common with {reference.file} before the horizon {limit:.4g} s",
+                    found="none")
     present = (end - begin)/(last - first)
     lost = 1 - present if present < WHOLE else 0.0
     left_out: dict[str, str] = {}

@@ -55,7 +55,7 @@ def write_package(target: Path, root: Path, cases: Iterable[tuple[Task, Case]] |
     `root` is missing, or if the package cannot be written."""
     check_ending(target, "an archive .zip", ".zip")
     if missing := [root/name for name in LICENCES if not (root/name).is_file()]:
-        raise Error(f"{missing[0]}: expected a file for the reference package, found none")
+        raise Error(file=missing[0], expected="a file for the reference package", found="none")
     cases = [(task, Case.exercise(task.exercise, task.profiles)) for task in TASKS] if cases is None else list(cases)
     tables: dict[str, ContactTable] = {}
     exactness: list[dict[str, Any]] = []

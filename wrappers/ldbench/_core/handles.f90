@@ -7,7 +7,7 @@ module handles
   use case, only: case_type, list_variables, text_length, variable_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use curve, only: curve_frame, curve_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use kinds, only: dp
   use profile, only: profile_type
   use progress, only: monitor_type
@@ -237,8 +237,8 @@ contains
       if (allocated(error)) return
       call read_lines(trim(path), lines, error)
       if (allocated(error)) return
-      if (checksum(lines) /= old%checksum) call fatal_error(error, trim(path)// &
-        ': expected the profile of the contact table, CRC-32 '//old%checksum//', found '//checksum(lines))
+      if (checksum(lines) /= old%checksum) call refuse(error, 'the profile of the contact table, CRC-32 '//old%checksum, &
+        checksum(lines), trim(path))
     end subroutine same_profile
 
   end subroutine adapt
@@ -318,15 +318,40 @@ contains
     length = min(len(text), len(buffer))
   end subroutine give
 
-  !> The message of an error for Python; length 0 when there is none.
+  !> An error for Python: its message, then its file, line, group, variable, what was expected and found, and 'missing' where
+  !> there is no such file, each after a character FS (28); length 0 when there is none.
   subroutine give_error(error, message, length)
     type(error_type), allocatable, intent(in) :: error
     character(*), intent(out) :: message
     integer, intent(out) :: length
+    character(:), allocatable :: fields
 
     message = ''
     length = 0
-    if (allocated(error)) call give(error%message, message, length)
+    if (.not. allocated(error)) return
+    fields = error%message
+    call add(error%file)
+    if (error%line > 0) then
+      call add(str(error%line))
+    else
+      call add()
+    end if
+    call add(error%group)
+    call add(error%variable)
+    call add(error%expected)
+    call add(error%found)
+    call add(trim(merge('missing', '       ', error%missing)))
+    call give(fields, message, length)
+
+  contains
+
+    subroutine add(field)
+      character(*), intent(in), optional :: field
+
+      fields = fields//achar(28)
+      if (present(field)) fields = fields//field
+    end subroutine add
+
   end subroutine give_error
 
   subroutine new_prepared(p, handle)
@@ -387,7 +412,7 @@ contains
     if (this%n == size(this%values, 2)) then
       allocate (grown(size(row), 2*this%n), stat=stat)
       if (stat /= 0) then
-        call fatal_error(error, 'expected memory for '//str(2*this%n)//' rows, found less')
+        call refuse(error, 'memory for '//str(2*this%n)//' rows', 'less')
         return
       end if
       grown(:, :this%n) = this%values

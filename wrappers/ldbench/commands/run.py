@@ -33,10 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     if args.output and len(args.namelists) > 1:
-        raise Usage(f"-o: expected one namelist, found {len(args.namelists)}")
+        raise Usage(place="-o", expected="one namelist", found=len(args.namelists))
     cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]
     for case in cases:
-        case.check_writable("&output file", output_path(case))
+        case.check_writable("output", output_path(case))
     check_written([Path(output_path(case)) for case in cases], map(Path, args.namelists))
     if len(cases) == 1:
         show(written(cases[0], True), 0, args.json)

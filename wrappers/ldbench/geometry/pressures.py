@@ -27,7 +27,7 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
     changed = [file for name, file in case.profile_files().items() if Path(file).is_file()
                and not fits(case, run, name)]
     if changed:
-        raise Error(f"{changed[0]}: expected the profile of the run {run.file}, found one that has changed since")
+        raise Error(file=changed[0], expected=f"the profile of the run {run.file}", found="one that has changed since")
     if run not in _placed:
         _placed[run] = rigid_geometry(case)
     loads = {contact: (float(run.values(f"N_{contact}")[k]), float(run.values(f"angle_{contact}")[k])) for contact in contacts}

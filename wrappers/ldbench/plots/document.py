@@ -78,8 +78,8 @@ def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, 
             drawn = True
             yield title, figure
     if not drawn:
-        raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
-                    f"found {', '.join(map(str, run.data))}")
+        raise Error(file=run.file, expected="time and other columns of ours to draw (a map of names, --map, may tell which)",
+                    found=", ".join(map(str, run.data)))
 
 
 def possible_figures(run: RunData, fine: Fine | None) -> Iterator[tuple[str, Figure | None]]:

@@ -185,14 +185,17 @@ def read_authors(file: Path) -> list[dict[str, str]]:
     told = read_toml(file)
     authors = told.get("author", [])
     if strange := [key for key in told if key != "author"]:
-        raise Error(f"{file}, {strange[0]}: expected tables [[author]] alone, found another name. Remove it")
+        raise Error(file=file, place=strange[0], expected="tables [[author]] alone", found="another name",
+                    advice=". Remove it")
     if not isinstance(authors, list) or not all(isinstance(author, dict) for author in authors):
         kind = type(authors).__name__
-        raise Error(f"{file}, author: expected tables [[author]], found {kind}. Write the name in double brackets")
+        raise Error(file=file, place="author", expected="tables [[author]]", found=kind,
+                    advice=". Write the name in double brackets")
     for author in authors:
         for key, value in author.items():
             if key not in KEYS or not isinstance(value, str) or not value.strip():
-                raise Error(f"{file}, author, {key}: expected a text for {' or '.join(KEYS)}, found {value!r}. Correct the file")
+                raise Error(file=file, place=f"author, {key}", expected=f"a text for {' or '.join(KEYS)}", found=f"{value!r}",
+                            advice=". Correct the file")
         if "name" not in author:
-            raise Error(f"{file}, author: expected a name, found none. Add name = \"...\"")
+            raise Error(file=file, place="author", expected="a name", found="none", advice=". Add name = \"...\"")
     return [{key: str(author.get(key, "")).strip() for key in KEYS} for author in authors]

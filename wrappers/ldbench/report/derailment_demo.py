@@ -115,7 +115,8 @@ def press(table: ContactTable, short_of: float) -> tuple[float, np.ndarray]:
     below = next(pose for load, pose in reversed(path) if load <= F - short_of)
     found = standing(table, below, F - short_of)
     if found is None:
-        raise Error(f"{table.case.label}: expected an equilibrium {short_of:g} N below the limit load, found none")
+        raise Error(file=table.case.label, expected=f"an equilibrium {short_of:g} N below the limit load",
+                    found="none")
     return F, found
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.errors import UNREADABLE, Error, UnknownName, error_of
+from .._core.errors import Error, UnknownName, unreadable
 from ..case import Value, find_variable, variables
 from .events import Event, count_name, event_kinds
 from .quantities import CONTACTS
@@ -71,12 +71,12 @@ def read_header(path: Path) -> Header:
             file.seek(max(0, file.seek(0, os.SEEK_END) - TAIL))
             last = file.read().split(b"\n")
     except (OSError, ValueError):           # ValueError: a name with a zero byte
-        raise error_of(f"{path}: {UNREADABLE}") from None
+        raise unreadable(path) from None
     tail = itertools.takewhile(lambda line: line.startswith(b"#"), filter(bytes.strip, reversed(last)))
     try:
         return parse_header(head, [*map(_plain, tail)][::-1])
     except Error as error:
-        raise Error(f"{path}, header: {error}") from None
+        raise error.within(f"{path}, header") from None
 
 
 def _plain(line: bytes) -> str:
@@ -157,7 +157,7 @@ def read_line(line: str, group: dict[str, Any]) -> None:
     at, end = 0, len(line.rstrip())
     while at < end and not line[at:].lstrip().startswith("!"):
         if not (found := ITEM.match(line, at)):
-            raise Error(f"expected name = value, found {line.strip()!r}")
+            raise Error(expected="name = value", found=f"{line.strip()!r}")
         at = found.end()
         event, name, word = found.groups()
         if event:
@@ -188,7 +188,7 @@ def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:
     if k is not None and isinstance(value, list) and len(value) > k:
         value = value[k]
     if not isinstance(value, int | float) or isinstance(value, bool) or not np.isfinite(value):
-        raise Error(f"expected a number for {name}, found {value!r}")
+        raise Error(expected=f"a number for {name}", found=f"{value!r}")
     return float(value)
 
 

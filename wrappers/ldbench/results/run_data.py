@@ -71,15 +71,15 @@ class RunData:
         ours = bool(self.header.settings)
         found = read_columns(self.file, None if ours else self._map)
         if ours and not self.header.finished and "time" in found:
-            raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
-                        "the file is cut")
+            raise Error(file=self.file, expected="the group &results after the last row",
+                        found="none: the run is not finished, or the file is cut")
         return found
 
     @functools.cached_property
     def case(self) -> Case:
         """The case that was run; Error where the file does not tell it."""
         if not self.header.settings:
-            raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
+            raise Error(file=self.file, expected="the header of ldbench, which tells the case", found="none")
         return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
 
     @functools.cached_property
@@ -107,13 +107,13 @@ class RunData:
         """The times of the rows, (rows,) [s]; Error where they do not ascend."""
         time = self.values("time")
         if not (np.isfinite(time).all() and np.all(np.diff(time) >= 0)):
-            raise Error(f"{self.file}: expected rows with ascending times, found others")
+            raise Error(file=self.file, expected="rows with ascending times", found="others")
         return time
 
     def values(self, column: str) -> np.ndarray:
         """A column, (rows,), SI; Error where the run has none of that name."""
         if column not in self.data:
-            raise unknown(f"{self.file}: expected a column {column}", column, map(str, self.data), "none")
+            raise unknown(f"a column {column}", column, map(str, self.data), "none", file=self.file)
         return self.data[column].to_numpy()
 
     def __getitem__(self, column: str) -> np.ndarray:
@@ -194,7 +194,7 @@ class RunData:
         """A number of the namelist."""
         value = self.setting(group, name)
         if isinstance(value, str | None):
-            raise Error(f"{self.file}: expected a number for &{group} {name} in the header, found {value or 'none'}")
+            raise Error(file=self.file, expected=f"a number for &{group} {name} in the header", found=value or "none")
         return float(value)
 
     def first(self, kind: str) -> Event | None:
@@ -302,13 +302,13 @@ class RunData:
 def check_contact(contact: str) -> None:
     """Refuse what is not the name of a contact."""
     if contact not in CONTACTS:
-        raise unknown(f"expected a contact {', '.join(CONTACTS)}", contact, CONTACTS)
+        raise unknown(f"a contact {', '.join(CONTACTS)}", contact, CONTACTS)
 
 
 def check_kind(kind: str) -> None:
     """Refuse what is not a kind of events."""
     if kind not in event_kinds():
-        raise unknown("expected a kind of events", kind, event_kinds())
+        raise unknown("a kind of events", kind, event_kinds())
 
 
 def read_data(path: str | PathLike[str], map: Any = None) -> RunData:

@@ -178,7 +178,7 @@ class Trust:
             return cls(facts["case"], facts["title"], tuple((one["kind"], one["cause"]) for one in facts["variations"]), values,
                        dict(facts["failed"]), tuple(facts["without_effect"]), tuple(facts["notes"]))
         except (KeyError, TypeError, AttributeError, ValueError):
-            raise Error("expected the JSON that `trust` writes, found something else") from None
+            raise Error(expected="the JSON that `trust` writes", found="something else") from None
 
     def json(self, path: str | Path = "") -> str:
         """All numbers as JSON, SI units, also written to `path` if given; null for what does not happen."""

@@ -66,8 +66,8 @@ def view(*runs: RunData | str | PathLike[str], title: str = "", case: Case | Non
     """
     strange = [run for run in runs if not isinstance(run, RunData | str | PathLike)]
     if strange or not runs:
-        raise BadType("view: expected runs or column files, each an argument, found "
-                      + (type(strange[0]).__name__ if strange else "none"))
+        raise BadType(place="view", expected="runs or column files, each an argument",
+                      found=type(strange[0]).__name__ if strange else "none")
     return make_page(distinct([run if isinstance(run, RunData) else read_data(run) for run in runs]), title, case)
 
 
@@ -152,11 +152,11 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
 def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Time and the other columns; the times ascend."""
     if "time" not in run.data:
-        raise Error(f"{run.file}: expected a column time (a map of names, --map, may tell which), "
-                    f"found {', '.join(map(str, run.data))}")
+        raise Error(file=run.file, expected="a column time (a map of names, --map, may tell which)",
+                    found=", ".join(map(str, run.data)))
     time = run.time
     if len(time) < 2:
-        raise Error(f"{run.file}: expected two or more rows, found one")
+        raise Error(file=run.file, expected="two or more rows", found="one")
     return time, {str(name): run.values(name) for name in run.data if name != "time"}
 
 
