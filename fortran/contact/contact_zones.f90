@@ -9,9 +9,12 @@ module contact_zones
   use wheel_rail_pair, only: pair_type, rail_curvature, window
   implicit none
   private
-  public :: zone_type, side_type, find_zones, is_flange, max_zones, least_turn
+  public :: zone_type, side_type, find_zones, is_flange, is_steep, threshold_at, max_zones, least_turn
 
   integer, parameter :: max_zones = 6
+
+  !> Least contact angle of a flange contact, unless the case has another one: 25 degrees [rad].
+  real(dp), parameter, public :: usual_flange_angle = 0.4363_dp
 
   !> A stretch of the wheel between two cuts.
   type :: zone_type
@@ -26,7 +29,7 @@ module contact_zones
     type(pair_type) :: pair
     type(zone_type), allocatable :: zones(:)   !! ordered from the tread to the flange
     real(dp) :: clearance = 0          !! lateral way of the centred rigid wheelset until this flange touches [m]
-    real(dp) :: threshold(2) = [1, 0]  !! cosine and sine of the least contact angle of a flange contact
+    real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`
   end type side_type
 
   !> An arc of the wheel that cannot touch.
@@ -69,15 +72,31 @@ contains
     end do
   end subroutine find_zones
 
-  !> Whether a contact with a force or a normal n of the rail, at station s [m] of the wheel, is the flange's: its contact angle
-  !> is at least the threshold, or it is on the flange's tip.
+  !> Whether a contact with a force or a normal n of the rail, at station s [m] of the wheel, is the flange's: it is steep, or on
+  !> the flange's tip.
   pure logical function is_flange(side, n, s)
     type(side_type), intent(in) :: side
     real(dp), intent(in) :: n(2)           !! as on the left side
     real(dp), intent(in) :: s
 
-    is_flange = -n(1)*side%threshold(1) - n(2)*side%threshold(2) >= 0 .or. s < side%pair%s(side%pair%steepest)
+    is_flange = is_steep(side%threshold, n) .or. s < side%pair%s(side%pair%steepest)
   end function is_flange
+
+  !> Whether the contact angle of a force or a normal n of the rail is at least that of a threshold.
+  pure logical function is_steep(threshold, n)
+    real(dp), intent(in) :: threshold(2)   !! of `threshold_at`
+    real(dp), intent(in) :: n(2)           !! as on the left side
+
+    is_steep = -n(1)*threshold(1) - n(2)*threshold(2) >= 0
+  end function is_steep
+
+  !> The threshold of a least contact angle [rad]: its cosine and sine.
+  pure function threshold_at(angle) result(threshold)
+    real(dp), intent(in) :: angle
+    real(dp) :: threshold(2)
+
+    threshold = [cos(angle), sin(angle)]
+  end function threshold_at
 
   !> Find the arcs of negative relative curvature, from the running point to the flange face.
   pure subroutine find_gaps(pair, running, least, gaps)

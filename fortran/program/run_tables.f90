@@ -2,12 +2,12 @@
 module run_tables
   use case, only: case_type, right_table_path, text_length
   use contact_table, only: table_type
-  use contact_zones, only: side_type
+  use contact_zones, only: side_type, threshold_at, usual_flange_angle
   use errors, only: error_type, fatal_error
   use fingerprint, only: table_sources
   use rigid_geometry, only: clearance
   use hertz, only: contact_modulus
-  use kinds, only: degree, dp
+  use kinds, only: dp
   use profile, only: profile_type
   use progress, only: monitor_type, table_reached
   use run_setup, only: setup_type
@@ -91,7 +91,7 @@ contains
     both(1) = side
     both(2) = side
     ! The table is the same whatever contacts a case calls the flange's.
-    both(1)%threshold = [cos(25*degree), sin(25*degree)]
+    both(1)%threshold = threshold_at(usual_flange_angle)
     call clearance(both, clearance_here, ok)
     if (ok) call fit_extent(clearance_here, c%gauge, request%extent)
   end function table_request

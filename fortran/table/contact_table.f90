@@ -5,7 +5,7 @@
 !> threshold of the case, or if it is on the flange's tip.
 module contact_table
   use bspline, only: axis_basis, axis_holds, axis_type
-  use contact_zones, only: max_zones
+  use contact_zones, only: is_steep, max_zones, usual_flange_angle
   use kinds, only: dp
   use zone_coupling, only: add_coupling, coupling_type, find_influence, pair_table, press_together
   use zone_tables, only: find_touching, inside, outside_law, outside_roll, roll_type, touching_type, zone_potential, zone_table
@@ -26,7 +26,7 @@ module contact_table
     type(axis_type) :: roll             !! roll angle of all zones [rad]
     type(zone_table), allocatable :: zones(:)
     type(pair_table), allocatable :: pairs(:)   !! not allocated if zones do not act on each other
-    real(dp) :: threshold(2) = [0.9063_dp, 0.4226_dp]   !! cosine and sine of the least contact angle of a flange contact
+    real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`, as of the side
     type(accuracy_type) :: accuracy
     integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
   end type table_type
@@ -121,12 +121,12 @@ contains
     end do
   end subroutine find_zones_touching
 
-  !> Whether a zone's contact is the flange's: its contact angle is at least the threshold, or it is on the flange's tip.
+  !> Whether a zone's contact is the flange's, as `is_flange` says.
   pure logical function on_flange(t, z)
     type(table_type), intent(in) :: t
     type(touching_type), intent(in) :: z
 
-    on_flange = z%gradient(1)*t%threshold(1) + z%gradient(2)*t%threshold(2) >= 0 .or. z%u > t%zones(z%zone)%tip
+    on_flange = is_steep(t%threshold, -z%gradient(:2)) .or. z%u > t%zones(z%zone)%tip
   end function on_flange
 
   !> Compute the forces [N] of the zones of the left wheel along w in a pose, and how far the other zones lower the surface of
