@@ -1,9 +1,9 @@
 !> Zones of a wheel: stretches that are tabulated by themselves.
 !>
-!> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal is
-!> negative, at the mean of the angles of the arc's ends. So a zone mostly holds one patch that moves smoothly, which makes the
-!> elastic energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
-!> is another question, which `is_flange` answers.
+!> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal
+!> is negative, at the mean of the angles of the arc's ends. So a zone mostly holds one patch that moves smoothly, which makes
+!> the elastic energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's
+!> or the flange's is another question, which `is_flange` answers.
 module contact_zones
   use kinds, only: degree, dp
   use wheel_rail_pair, only: pair_type, rail_curvature, window
@@ -39,7 +39,7 @@ module contact_zones
     real(dp) :: turn = 0               !! angle by which the normals of wheel and rail part over the arc [rad]
   end type gap_type
 
-  real(dp), parameter :: root_angle = 10*degree    ! about where tread and flange of usual profiles part
+  real(dp), parameter :: root_angle = 10*degree   ! about where tread and flange of usual profiles part
   real(dp), parameter :: least_gap = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
   ! Turn of an arc [rad]. Elastic patches on either side of a flatter one are one patch under load, which a cut would halve.
   real(dp), parameter :: least_turn = 0.03_dp
@@ -105,7 +105,7 @@ contains
     real(dp), intent(in) :: least          !! turn of an arc [rad]
     type(gap_type), allocatable, intent(out) :: gaps(:)
     real(dp) :: curvature, turn
-    integer :: start, i
+    integer :: start, cut, i
 
     allocate (gaps(0))
     start = 0
@@ -116,8 +116,10 @@ contains
         if (start == 0) start = i
         turn = turn - curvature*(pair%s(i + 1) - pair%s(i))
       else if (start > 0) then
-        if (pair%s(start) - pair%s(i) > least_gap .and. turn > least) call add_gap(pair, gap_type(start, &
-          i - 1 + minloc(abs(pair%angle(i:start) - (pair%angle(i) + pair%angle(start))/2), 1), turn), gaps)
+        if (pair%s(start) - pair%s(i) > least_gap .and. turn > least) then
+          cut = i - 1 + minloc(abs(pair%angle(i:start) - (pair%angle(i) + pair%angle(start))/2), 1)
+          call add_gap(pair, gap_type(start, cut, turn), gaps)
+        end if
         start = 0
         turn = 0
       end if
@@ -148,9 +150,9 @@ contains
     gaps = [gaps, gap]
   end subroutine add_gap
 
-  !> The cut that parts the tread from the flange: in the last gap that starts before the root's angle, or in the next one if
-  !> the angle of its cut is nearer to it; without a gap before that angle in one right behind it, else a
-  !> new one at the angle.
+  !> The cut that parts the tread from the flange. It is that of the last gap that starts before the root's angle, or that of the
+  !> next gap, if its angle is nearer to the root's. Where no gap starts before the root's angle, it is that of a gap right
+  !> behind it; where there is none either, a cut is added at the root's angle.
   pure subroutine part_flange(pair, split, gaps, parting)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: split           !! index of the station with the root's angle

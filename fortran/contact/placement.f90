@@ -141,11 +141,10 @@ contains
     end do
   end subroutine set_stations
 
-  !> The tangent angles at the rail's knots, made to fall from the gauge side to the field side, and the rail's curvature as a
-  !> continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a
-  !> whole stretch, as on a straight gauge face: the strip modulus of all wheel stations with that angle would jump at one roll
-  !> angle, and with it the force. So the curvature is averaged over angles too, with weights that fall linearly to 0 at
-  !> twice `half`.
+  !> Set the tangent angles at the rail's knots, made to fall from the gauge side to the field side, and the rail's curvature as a
+  !> continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a whole stretch, as on a
+  !> straight gauge face: the strip modulus of all wheel stations with that angle would jump at one roll angle, and with it
+  !> the force. So the curvature is averaged over angles too, with weights that fall linearly to 0 at twice `half`.
   pure subroutine set_rail_curves(pair)
     type(pair_type), intent(inout) :: pair
     real(dp), parameter :: half = 0.1_dp*degree

@@ -13,8 +13,8 @@ module case_check
 
 contains
 
-  !> Check every range, because a case need not come from a file, and the conditions that several
-  !> variables must satisfy together.
+  !> Check every range, because a case need not come from a file, and the conditions that several variables must satisfy
+  !> together.
   subroutine check_case(file, c, error)
     character(*), intent(in) :: file
     type(case_type), target, intent(inout) :: c

@@ -72,8 +72,6 @@ contains
       given = mirror*given
       centred = mirror*centred
       rate = mirror*rate
-    end if
-    if (r%mirrored) then
       call start_own(side(2:1:-1), centred, farthest, given, rate, r, ok)
     else
       call start_own(side, centred, farthest, given, rate, r, ok)

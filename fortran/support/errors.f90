@@ -17,7 +17,8 @@ module errors
 
 contains
 
-  !> An error of what was expected and what was found: 'FILE, line LINE, &GROUP VARIABLE DETAIL: expected EXPECTED, found FOUND REST'.
+  !> An error of what was expected and what was found. Its message is 'FILE, line LINE, &GROUP VARIABLE DETAIL: expected EXPECTED,
+  !> found FOUND REST', less what is not given.
   pure subroutine refuse(error, expected, found, file, line, group, variable, detail, rest)
     type(error_type), allocatable, intent(out) :: error
     character(*), intent(in) :: expected, found
@@ -35,7 +36,7 @@ contains
     error%found = printable(found)
   end subroutine refuse
 
-  !> An error that a statement tells: 'FILE, line LINE, &GROUP VARIABLE DETAIL: STATEMENT'.
+  !> An error that a statement tells. Its message is 'FILE, line LINE, &GROUP VARIABLE DETAIL: STATEMENT', less what is not given.
   pure subroutine fatal_error(error, statement, file, line, group, variable, detail)
     type(error_type), allocatable, intent(out) :: error
     character(*), intent(in) :: statement

@@ -36,8 +36,8 @@ contains
     end do
   end function lower
 
-  !> Convert a word to a number.  Unlike a list-directed read, the procedure takes the whole word
-  !> or nothing: it refuses `1568kg`, `1/2`, `NaN` and `1e999`.
+  !> Convert a word to a number. Unlike a list-directed read, the procedure takes the whole word or nothing: it refuses
+  !> `1568kg`, `1/2`, `NaN` and `1e999`.
   pure subroutine to_real(word, x, ok)
     character(*), intent(in) :: word
     real(dp), intent(out) :: x
@@ -233,8 +233,7 @@ contains
     end do
   end function joined
 
-  !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as
-  !> eight hexadecimal digits.
+  !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as eight hexadecimal digits.
   pure function checksum(lines) result(hex)
     type(line_type), intent(in) :: lines(:)
     character(8) :: hex

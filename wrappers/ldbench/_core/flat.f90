@@ -56,8 +56,7 @@ contains
     call give(lines, listing, length)
   end subroutine describe_variables
 
-  !> Names and units of the columns; then the kinds of
-  !> events, one per line; then the program's version.
+  !> Names and units of the columns; then the kinds of events, one per line; then the program's version.
   subroutine describe_results(listing, length)
     character(8192), intent(out) :: listing
     integer, intent(out) :: length
@@ -375,9 +374,9 @@ contains
   end subroutine contact_values
 
   !> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
-  !> its mirror image. Grids have nx by ns elements to a patch; n patches are filled. point: rows of elements on the wheel,
-  !> wheelset frame, and half of the pressed length of each row [m]. facts: the numbers of `pressed_patch` in their order, with 1 for a flange. total: F_y, F_z [N], M_x about
-  !> the axle centre [N m], energy [J].
+  !> its mirror image. Grids have nx by ns elements to a patch; n patches are filled. point and width: rows of elements on the
+  !> wheel, wheelset frame, and half of the pressed length of each row [m]. facts: the numbers of `pressed_patch` in their
+  !> order, with 1 for a flange. total: F_y, F_z [N], M_x about the axle centre [N m], energy [J].
   subroutine pressures(handle, side, pose, nx, ns, n, ok, p, point, width, facts, total)
     integer(8), intent(in) :: handle
     integer, intent(in) :: side, nx, ns

@@ -1,6 +1,5 @@
-!> What Python holds of the core: prepared cases and finished runs behind integer
-!> handles (addresses), cases as arrays over the list of namelist variables, and a monitor
-!> that shares a few numbers with another thread.
+!> What Python holds of the core: prepared cases and finished runs behind integer handles (addresses), cases as arrays over the
+!> list of namelist variables, and a monitor that shares a few numbers with another thread.
 module handles
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
@@ -95,8 +94,8 @@ contains
     setup%rail(2)%file = trim(merge(c%rail_profile, c%rail_profile_right, c%rail_profile_right == ''))
   end subroutine rename
 
-  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case
-  !> keeps the names as its namelist has them.
+  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case keeps the names as its namelist has
+  !> them.
   subroutine prepare_watched(p, c, paths, progress, stop_asked, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
@@ -204,8 +203,8 @@ contains
     z = z + (depth(i) + t*(depth(i + 1) - depth(i - 1))/4)/normal(2, i)
   end subroutine sharpen
 
-  !> A case with the contact table of another, `from`, which must have the same geometry and
-  !> material, and must stay as long as this one.
+  !> A case with the contact table of another, `from`, which must have the same geometry and material, and must stay as long as
+  !> this one.
   subroutine adapt(p, from, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(prepared_type), intent(in) :: from
@@ -272,8 +271,7 @@ contains
     if (.not. allocated(error)) call finish_columns(p%c, run%run_type, columns, error)
   end subroutine write_finished
 
-  !> The values of a case in the order of the list of variables: numbers, and texts one after
-  !> the other.
+  !> The values of a case in the order of the list of variables: numbers, and texts one after the other.
   subroutine export_case(c, numbers, words)
     type(case_type), intent(in) :: c
     real(dp), intent(out) :: numbers(:)
