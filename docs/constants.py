@@ -7,9 +7,11 @@ from functools import cache
 from pathlib import Path
 
 from ldbench import Case
+from ldbench.constants import TAPE_CIRCLE
 from ldbench.geometry.contact_geometry import CURVE
+from ldbench.number_text import number_text
 from ldbench.plots.stretches import ENVELOPE_ROWS
-from ldbench.profiles import formats, profile
+from ldbench.profiles import profile
 from ldbench.results.contact_intervals import CLOSED
 from ldbench.results.quantities import PAIRS
 from ldbench_round import energies, fingerprint, jumps, kept_entries, physics_checks, row_checks
@@ -40,7 +42,7 @@ def core(module: str, name: str, index: int = 0) -> float:
 
 def shown(value: float, unit: str) -> str:
     """A number in SI units as a page has it in another unit."""
-    return f"{float(f'{SCALES[unit]*value:.6g}'):g}{'' if unit in ('', '°') else ' '}{unit}"
+    return f"{number_text(SCALES[unit]*value, digits=6, trim=True)}{'' if unit in ('', '°') else ' '}{unit}"
 
 
 def call_table() -> str:
@@ -93,7 +95,7 @@ def smoothing_table() -> str:
         ("noise of points that are taken as they are, below", shown(1e-3*profile.NEGLIGIBLE, "µm")),
         ("rms distance of the curve from points with waves, at most", shown(1e-3*profile.MOST_EVEN, "µm")),
         ("noise of points whose waves are smoothed, below", shown(1e-3*profile.MOST_NOISE, "µm")),
-        ("tape circle and running circle, from the wheel's back", shown(1e-3*formats.TAPE_CIRCLE, "mm"))))
+        ("tape circle and running circle, from the wheel's back", shown(TAPE_CIRCLE, "mm"))))
 
 
 def reading_table() -> str:

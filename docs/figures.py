@@ -12,12 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import ldbench
+from ldbench.constants import MM
 from ldbench.geometry.outlines import case_outlines, turned
 
 FOLDER = Path(__file__).resolve().parent/"figures"
 STEEL, RAIL, LINE, FORCE, PART, FRAME = "#e6e9ee", "#c9ced6", "#2b3440", "#c2410c", "#2563a8", "#15803d"
 BELOW = -0.045          # where rails are cut off [m]
-MM = 1e3
 HEIGHT = 120.0          # of the wheels in the drawing of the frame [mm]
 
 

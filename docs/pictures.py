@@ -19,9 +19,10 @@ from PIL.PngImagePlugin import PngInfo
 import ldbench
 from browser import Browser, find_browser, started
 from ldbench.__main__ import main
+from ldbench.constants import KN, MM
+from ldbench.geometry.outlines import case_outlines
 from ldbench.plots.style import ldbench_style
 from ldbench.report.formulations import FORMULATIONS, LINES
-from ldbench.results.quantities import KN, MM
 from ldbench.viewer.page import view
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -113,7 +114,7 @@ def profile(folder: Path) -> Numbers:
     files = [str(ROOT/f"profiles/{name}.yz") for name in ("s1002", "60e1")]
     check(main(["profile", *files, "--set", "gauge=1.435", "--set", "back_to_back=1.36", "-o", str(folder/"picture.png")]))
     case = ldbench.Case().replace(wheel_profile=files[0], rail_profile=files[1], gauge=1.435, back_to_back=1.36)
-    return {"clearance [m]": ldbench.ContactTable(case.replace(table_file="", model="hertz")).clearance}
+    return {"clearance [m]": case_outlines(case).clearance[0]}
 
 
 def one_page(folder: Path, browser: Browser) -> Numbers:

@@ -29,6 +29,7 @@ WHEEL_BACK = 1352.14 / 2        # wheel back, from the track centreline
 GAUGE_POINT = 1435.1 / 2        # gauge point of the rail, from the track centreline
 GAUGE_DEPTH = 14.0              # depth below top of rail at which gauge is measured
 ROLLING_RADIUS = 457.0          # at the contact point of the centred wheelset
+CLEARANCES = {"aw": 10.18, "sw": 16.94}     # of one side of the centred wheelset, published
 TAPER = CANT = atan(1 / 40)
 FLANGE_ANGLE = radians(25)     # least contact angle of a flange contact, as &contact flange_angle
 
@@ -335,8 +336,8 @@ def main():
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
 
-    for kind, make_rail, make_wheel, datum_y, clearance in (("actual", arprof, awprof, 78, 10.18),
-                                                            ("simplified", srprof, swprof, 76, 16.94)):
+    for kind, make_rail, make_wheel, datum_y, clearance in (("actual", arprof, awprof, 78, CLEARANCES["aw"]),
+                                                            ("simplified", srprof, swprof, 76, CLEARANCES["sw"])):
         rail, name = make_rail(), make_rail.__name__
         points = write(out / f"{name}.yz", rail, f"{kind} rail, left, canted 1:40 towards the track centre",
                        ["y = 0 at the gauge point 14 mm below top of rail, z = 0 at top of rail"])

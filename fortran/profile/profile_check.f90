@@ -92,7 +92,7 @@ contains
     if (abs(minval(points(1, :))) > near_origin) then
       call refuse(error, 'a wheel''s y from its back, at y = 0', 'the least y = '//str(minval(points(1, :))), file)
     else if (points(2, 1) > points(2, n) .or. abs(rim(2)) > tan(upright)*abs(rim(1))) then
-      call refuse(error, 'a wheel without the faces of its back and of its rim', 'one', file)
+      call refuse(error, 'a wheel without the upright faces of its back and of its rim', 'such a face', file)
     end if
   end subroutine check_extent
 
@@ -116,7 +116,8 @@ contains
       do i = 2, size(y)
         outermost = max(outermost, y(i))
         if (y(i) >= outermost - undercut .and. z(i) >= maxval(z) - deepest) cycle
-        call refuse(error, 'the head of a rail alone', 'points under it at y = '//str(y(i))//', z = '//str(z(i)), file)
+        call refuse(error, 'points of the head of a rail alone', &
+          'points under the head at y = '//str(y(i))//', z = '//str(z(i)), file)
         return
       end do
     end associate

@@ -46,8 +46,8 @@ contains
         motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
       end if
       if (ieee_is_nan(motion%v(3))) then
-        call refuse(error, 'a wheelset on both rails with roll_link = ''rails''', 'none there', group='initial', &
-          variable='Y', detail=' = '//str(c%y)//' m')
+        call refuse(error, 'a wheelset that can stand on both rails, for roll_link = ''rails''', 'that it cannot', &
+          group='initial', variable='Y', detail=' = '//str(c%y)//' m', rest='; choose a Y nearer to 0')
         return
       end if
       call evaluate_contacts(setup%wheelset, motion, status)
@@ -141,21 +141,22 @@ contains
     associate (c => monitor%c)
       select case (status)
       case (outside_lateral)
-        call refuse(error, 'the wheels within it', 'them outside'//there, group='table', variable='lateral', &
-          detail=' = '//str(c%extent%lateral)//' m')
+        call refuse(error, 'wheels that the contact table covers', 'one farther away'//there, &
+          group='table', variable='lateral', detail=' = '//str(c%extent%lateral)//' m')
       case (outside_roll)
-        call refuse(error, 'the wheelset within it', 'it outside'//there, group='table', variable='roll', &
-          detail=' = '//str(c%extent%roll)//' rad')
+        call refuse(error, 'roll angles that the contact table covers', 'a larger one'//there, &
+          group='table', variable='roll', detail=' = '//str(c%extent%roll)//' rad')
       case (outside_depth)
-        call refuse(error, 'penetrations within it', 'a deeper one'//there, group='table', variable='depth', &
-          detail=' = '//str(c%extent%depth)//' m')
+        call refuse(error, 'penetrations that the contact table covers', 'a deeper one'//there, &
+          group='table', variable='depth', detail=' = '//str(c%extent%depth)//' m')
       case (outside_law)
-        call refuse(error, 'poses that the table was made for', 'one in which the contact would pull'//there, group='table')
+        call refuse(error, 'a contact table whose forces push', 'a pose in which its force pulls'//there, group='table')
       case (step_diverged)
-        call refuse(error, 'Newton to converge within '//str(c%max_iterations)//' iterations and '//str(c%max_halvings)// &
-          ' halvings', 'it does not'//there, group='integrator', variable='dt', detail=' = '//str(step)//' s')
+        call refuse(error, 'Newton''s method to solve a step within '//str(c%max_iterations)//' iterations and '// &
+          str(c%max_halvings)//' halvings of the step', 'that it does not'//there, &
+          group='integrator', variable='dt', detail=' = '//str(step)//' s')
       case default
-        call fatal_error(error, 'the step failed'//there)
+        call refuse(error, 'a step that the integrator can make', 'none'//there)
       end select
     end associate
     if (step > monitor%run%stable_step) &

@@ -134,12 +134,12 @@ contains
       found = 'its end'
     case (no_solution)
       detail = 'formulation = ''unilateral'''
-      expected = 'at most three contacts to close at once'
-      found = 'more or none that can,'
+      expected = 'impulses of at most three contacts that end an impact'
+      found = 'none,'
     case default
       detail = 'formulation = ''unilateral'''
       expected = 'time between impacts'
-      found = 'none'
+      found = 'one impact after another at once,'
     end select
     call refuse(error, expected, found//instant(motion, setup%equilibrium), detail=detail)
   end subroutine report_failure

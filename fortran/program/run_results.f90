@@ -323,6 +323,7 @@ contains
     integer :: k, i, impacts
 
     impacts = 0
+    name = ''
     call items%append('events:'//newline)
     do k = 1, log%n
       associate (event => log%list(k))

@@ -67,8 +67,9 @@ contains
       if (k == 1) call clearance(setup%side, setup%side(k)%clearance, ok)
       if (k == 2) call clearance(setup%side(2:1:-1), setup%side(k)%clearance, ok)
       if (ok) cycle
-      call refuse(error, 'a flange clearance between 0 and 0.05 m', 'none', group='track', variable='gauge', &
-        detail=' = '//str(c%gauge)//' m with &wheelset back_to_back = '//str(c%back_to_back)//' m')
+      call refuse(error, 'a flange clearance between 0 and 0.05 m', 'no flange contact there', group='track', variable='gauge', &
+        detail=' = '//str(c%gauge)//' m with &wheelset back_to_back = '//str(c%back_to_back)//' m', &
+        rest='; correct gauge, back_to_back or the profiles')
       return
     end do
     setup%centred = [0.0_dp, setup%side(1)%pair%axle_height, 0.0_dp]
@@ -76,8 +77,8 @@ contains
       setup%side(2)%clearance = setup%side(1)%clearance
     else
       call rigid_contact(setup%side, 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
-      if (.not. ok) call refuse(error, 'a centred wheelset on both rails', 'none', group='profiles', &
-        variable='wheel_profile_right', detail=', rail_profile_right')
+      if (.not. ok) call refuse(error, 'profiles on which the centred wheelset stands on both rails', 'that it cannot', &
+        group='profiles', variable='wheel_profile_right', detail=', rail_profile_right')
     end if
 
   contains
@@ -132,8 +133,9 @@ contains
       setup%equilibrium = setup%centred
       call settle(setup%wheelset, setup%equilibrium, ok)
       if (.not. ok) then
-        call refuse(error, 'an equilibrium within &table depth = '//str(c%extent%depth)//' m', 'none', group='wheelset', &
-          variable='vertical_load', detail=' = '//str(c%vertical_load)//' N')
+        call refuse(error, 'an equilibrium with penetrations up to &table depth = '//str(c%extent%depth)//' m', 'none', &
+          group='wheelset', variable='vertical_load', detail=' = '//str(c%vertical_load)//' N', &
+          rest='; lower the load or raise the depth')
         return
       end if
       setup%rest = setup%equilibrium
@@ -145,8 +147,8 @@ contains
         setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
     if (.not. ok) then
-      call refuse(error, 'an equilibrium between the flanges', 'none', group='profiles', variable='wheel_profile_right', &
-        detail=', rail_profile_right')
+      call refuse(error, 'profiles on which the wheelset rests between its flanges', 'no equilibrium there', &
+        group='profiles', variable='wheel_profile_right', detail=', rail_profile_right')
       return
     end if
     do k = 1, merge(1, 2, setup%symmetric)

@@ -54,11 +54,12 @@ contains
           'rms and largest, of '//floored_force, '  '//trim(group(k))//' # (#)'//newline, scientific)
       end do
       if (table%solutions(2) > 0) call items%warn(what//': '//str(table%solutions(2))//' of '//str(table%solutions(1))// &
-        ' half-space solutions did not converge; see whether the error is larger than &table accuracy')
+        ' half-space solutions did not converge; its stated error shows whether that matters')
       if (unsolved > 0) call items%warn(what//': '//str(unsolved)//' of '//str(sum(poses) + unsolved)// &
-        ' direct evaluations did not converge; the stated error leaves them out')
+        ' poses for its error did not converge; the stated error leaves them out')
       if (any(poses > 0) .and. .not. all(rms(:3) <= c%accuracy)) call items%warn(what//': expected an rms error of at most '// &
-        '&table accuracy = '//str(c%accuracy)//' in service, reached '//trim(rounded(maxval(rms(:3)), scientific)))
+        '&table accuracy = '//str(c%accuracy)//' of a wheel''s force on the tread, on the flange and on both at once, reached '// &
+        trim(rounded(maxval(rms(:3)), scientific))//'; raise &table n_lateral, n_roll or n_depth, or accept this error')
       if (poses(4) > 0 .and. .not. rms(4) <= rollover_allowance*c%accuracy) call items%warn(what//': expected an rms error '// &
         'of at most '//str(nint(rollover_allowance))//' x &table accuracy while the wheelset rolls over a rail, reached '// &
         trim(rounded(rms(4), scientific))//'; do not trust the end of a run that derails')

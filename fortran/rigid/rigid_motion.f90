@@ -77,9 +77,9 @@ contains
       call start_own(side, centred, farthest, given, rate, r, ok)
     end if
     if (.not. ok) then
-      call refuse(error, 'a wheelset on both rails with formulation = '''// &
-        trim(merge('bilateral ', 'unilateral', rule%bilateral))//'''', 'none there', group='initial', variable='Y', &
-        detail=' = '//str(offset(1))//' m')
+      call refuse(error, 'a wheelset that can stand on both rails, for formulation = '''// &
+        trim(merge('bilateral ', 'unilateral', rule%bilateral))//'''', 'that it cannot', &
+        group='initial', variable='Y', detail=' = '//str(offset(1))//' m', rest='; choose a Y nearer to 0')
       return
     end if
     motion = to_case(r%state%motion, r%mirrored)

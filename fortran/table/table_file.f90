@@ -70,7 +70,8 @@ contains
     n = int(min(bytes, len(kind, int64)))
     read (unit, iostat=stat) mark(:n)
     if (stat /= 0 .or. mark(:n) /= kind(:n)) then
-      call refuse(error, 'a contact table or no file', 'another one', group='table', variable='file', detail=' = '//file)
+      call refuse(error, 'a contact table or no file', 'a file of another kind', &
+        group='table', variable='file', detail=' = '//file, rest='; name another one')
     else if (n == len(kind) .and. modulo(bytes, 8_int64) == 0) then
       allocate (s%word(bytes/8), stat=stat)
       if (stat == 0) read (unit, pos=1, iostat=stat) s%word

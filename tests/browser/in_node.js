@@ -59,10 +59,18 @@ function say(context, {readings}) {
   return readings.map(([low, high]) => words(new Reading(low, high), {scale: 1}));
 }
 
+// Numbers in words by functions of number_text.js: `calls` are of its function, a number as JSON or text has it, and options.
+function write(context, {calls}) {
+  return calls.map(([name, x, options]) => vm.runInContext(name, context)(x === null ? null : Number(x), options));
+}
+
+// The names of the contacts.
+function contacts(context) { return vm.runInContext("CONTACTS", context); }
+
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {follow, link, read, say}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {contacts, follow, link, read, say, write}[question.task](context, question)));
 }
 
 main();

@@ -14,9 +14,12 @@ import numpy as np
 import pytest
 
 import ldbench
+from ldbench.constants import CONTACTS
+from ldbench.number_text import force_text, number_text, percent_text, scientific
 from ldbench.viewer.pack import CELLS, CELLS_BESIDE
 from ldbench.viewer.page import SCRIPTS, derived_columns, derived_values, run_entry
 from raw import Raw
+from reading import value
 from running import HANG
 from specimen import World
 
@@ -40,6 +43,35 @@ def test_syntax(name: str):
     """No other test here reads these scripts."""
     done = subprocess.run([NODE, "--check", FILES[name]], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+# Numbers
+
+SIZES = (0, 1e-300, 4.4e-9, 9.9996e-5, 1e-4, 0.00125, 0.0625, 0.125, 0.375, 0.5, 0.9949, 0.9995, 1.5, 2.5, 3, 9.5, 9.9949, 9.99951,
+         12.345, 99.5, 99.95, 100, 163.45, 1234.5, 65432.1, 9999999.4, 9999999.5, 1e7, 10005000, 10015000, 1.25e7, 6.02e23, 1e300)
+OPTIONS = {
+    "numberText": [{}, {"trim": True}, {"sign": True}, *({"decimals": n} for n in range(7)), *({"digits": n} for n in range(1, 8)),
+                   {"decimals": 1, "digits": 3}, {"decimals": 2, "digits": 2, "sign": True}, {"decimals": 3, "trim": True}],
+    "scientific": [{}], "percentText": [{}, {"sign": True}, {"decimals": 3}], "forceText": [{}]}
+WRITERS = {"numberText": number_text, "scientific": scientific, "percentText": percent_text, "forceText": force_text}
+
+
+def test_numbers_are_written_as_python_writes_them():
+    """Numbers of all sizes, among them ties, which JavaScript alone would round up, and what is no number."""
+    generator = np.random.default_rng(2)
+    drawn = generator.choice([-1, 1], 300)*10.0**generator.uniform(-8, 9, 300)
+    numbers = [*SIZES, *(-x for x in SIZES), *np.round(drawn, 3), *drawn.tolist()]
+    calls = [(name, float(x), options) for name, every in OPTIONS.items() for options in every for x in numbers]
+    calls += [("numberText", x, {}) for x in (None, math.nan, math.inf)] + [("percentText", x, {}) for x in (None, math.nan)]
+    expected = [WRITERS[name](x, **options) for name, x, options in calls]
+    asked = [(name, x if x is None else repr(x).replace("inf", "Infinity"), 1 if name == "scientific" else options)
+             for name, x, options in calls]
+    assert ask("write", ("number_text.js",), calls=asked) == expected
+    assert len(set(expected)) > 3000
+
+
+def test_contacts_are_those_of_the_columns():
+    assert tuple(ask("contacts", SCRIPTS)) == CONTACTS
 
 
 # Readings
@@ -145,15 +177,12 @@ def test_readings_in_words():
     texts = ask("say", SCRIPTS, readings=[*np.column_stack([middle - off, middle + off]).tolist(), [0.1, 0.1], [0, 0]])
     assert texts[-2:] == ["0.1", "0"]
     for a, b, text in zip(middle - off, middle + off, texts, strict=False):
-        shown = [float(word) for word in text.replace("−", "-").removeprefix("≈ ").split(" … ")]
         if text.startswith("≈ "):
-            mantissa, _, exponent = text[2:].partition("e")
-            whole, _, decimals = mantissa.partition(".")
-            places = -len(decimals) if decimals else len(whole) - len(whole.rstrip("0"))
-            unit = 10.0**(int((exponent or "0").replace("−", "-")) + places)
-            assert max(abs(shown[0] - a), abs(shown[0] - b)) <= unit*(1 + 1e-9), (a, b, text)
+            number, half = value(text[2:])
+            zeros = len(text) - len(text.rstrip("0")) if "." not in text else 0
+            assert max(abs(number - a), abs(number - b)) <= 2*half*10.0**zeros*(1 + 1e-9), (a, b, text)
         else:
-            low, high = shown
+            low, high = (value(word)[0] for word in text.split(" … "))
             assert low <= a and b <= high and high - low <= (b - a) + 2.1e-3*max(-low, high), (a, b, text)
 
 

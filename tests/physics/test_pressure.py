@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from ldbench import ContactTable, Error
+from ldbench.constants import CONTACTS
 from ldbench.geometry.outlines import case_outlines, pose
 from ldbench.geometry.pressures import run_patches
-from ldbench.pressure import CONTACTS, press
+from ldbench.pressure import press
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
 from ldbench.table import rigid_geometry

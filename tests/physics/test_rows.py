@@ -7,10 +7,10 @@ import pytest
 
 import ldbench
 from ldbench import Case, run
+from ldbench.constants import CONTACTS
 from probes import MASS, ROLL_INERTIA, table_file
 from running import Run
 
-CONTACTS = "LT", "LF", "RT", "RF"
 NEAR = 5e-8     # of a time, what nine digits tell apart
 
 

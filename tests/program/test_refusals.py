@@ -59,19 +59,19 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
         {}, {"formulation": "bilateral"})),
     ({"contact": {"formulation": "bilateral", "stiffness_scale": 2.0}}, ("&contact stiffness_scale: expected 1",)),
     ({"contact": {"formulation": "bilateral"}, "initial": {"Y": 0.05}, "table": {"lateral": 0.04}},
-     ("&initial Y = 0.05 m: expected a wheelset on both rails",)),
+     ("&initial Y = 0.05 m: expected a wheelset that can stand on both rails",)),
     # Poses off the contact table.
     ({"initial": {"vY": 20.0}, "integrator": {"t_end": 0.1}}, ("&table ", "expected", "found", "at t = ", "Y = ")),
     ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ("&table depth", "expected", "found", "at t = ")),
     ({"initial": {"Z": -0.01}}, ("&table depth = 0.0022 m", "expected", "found", "Z = -0.01")),
     ({"table": {"depth": 1e-6}}, ("&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found")),
     ({"integrator": {"beta": 0.25, "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
-      "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton to converge", "found it does not")),
+      "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton's method to", "found that it does not")),
     # Files.
     ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),
     ({"output": {"file": "{here}/folder"}}, ("{here}/folder", "&output file: expected", "found")),
     ({"table": {"file": "{here}/missing/x.table"}}, ("&table file", "{here}/missing/x.table")),
-    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found another one")),
+    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found a file of another kind")),
     *((OWN | {"output": {"file": "columns.txt"}} | {group: {name: victim}},
        (f"&{group} {name}: expected a file of its own, found {victim}, which is ",))
       for group, name, victim in (("table", "file", "./rail.yz"), ("output", "file", "case.nml"),

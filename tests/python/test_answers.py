@@ -13,9 +13,9 @@ import pytest
 import ldbench
 from invented import COARSE, altered, invented_run
 from ldbench import Case
+from ldbench.constants import CONTACTS
 from ldbench.report.differences import event_table, event_times
 from ldbench.results.answers import EXTREMES, all_events, answers, passages
-from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
 from ldbench.runs import compute

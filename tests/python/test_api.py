@@ -144,7 +144,7 @@ def test_vY_can_set_the_roll_rate(table):
     assert given == 0.01667 and elastic == pytest.approx(rigid, rel=1e-7) == pytest.approx(0.1*0.03366, rel=1e-3)
     slow, fast = ldbench.ensemble(linked, {"vY": [0.1, 1.0]}, columns=["roll_rate"], tables=[table]).roll_rate.values[:, 0]
     assert fast == pytest.approx(10*slow, rel=1e-12)
-    with pytest.raises(ldbench.Error, match="m: expected a wheelset on both rails with roll_link = 'rails', found none there"):
+    with pytest.raises(ldbench.Error, match="expected a wheelset that can stand on both rails, for roll_link = 'rails', found"):
         ldbench.run(linked.replace(Y=0.05, gauge=1.5, model="hertz"))
 
 

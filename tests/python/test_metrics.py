@@ -15,7 +15,7 @@ from imaginary_round import RIGHTWARDS, table_of, write
 from invented import invented_run
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
-from ldbench.results.quantities import CONTACTS
+from ldbench.constants import CONTACTS
 from ldbench.results.run_data import RunData
 from ldbench.runs import compute
 from ldbench_round import own_runs

@@ -15,9 +15,9 @@ from invented import COARSE
 from ldbench import Case
 from ldbench_round.metrics import score
 from ldbench_round.own_runs import horizon
-from ldbench_round.reference_package import INTERVAL, error_row, solve, write_package
 from ldbench_round.tasks import Task
-from running import HANG, LDBENCH, REPO, environment
+from reference_package import INTERVAL, error_row, solve, write_package
+from running import HANG, LDBENCH, environment
 
 FREE, RAMP = Task(2, "aw"), Task(5, "aw")
 CASES = [(FREE, Case.exercise(2, "aw").replace(**COARSE, t_end=0.03)), (RAMP, Case.exercise(5, "aw").replace(**COARSE, t_end=0.8))]
@@ -26,7 +26,7 @@ CASES = [(FREE, Case.exercise(2, "aw").replace(**COARSE, t_end=0.03)), (RAMP, Ca
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("package")
-    write_package(folder/"reference.zip", REPO, CASES)
+    write_package(folder/"reference.zip", CASES)
     with zipfile.ZipFile(folder/"reference.zip") as archive:
         assert archive.testzip() is None
         archive.extractall(folder)

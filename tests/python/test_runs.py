@@ -18,10 +18,10 @@ import pytest
 
 import ldbench
 from invented import COARSE
+from ldbench.constants import CONTACTS
 from ldbench.profile import Profile
 from ldbench.results.answers import answers
 from ldbench.results.header import Header, read_groups
-from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import read_data
 from ldbench.runs import compute
 from running import Run, alike

@@ -177,7 +177,8 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
     found = case.trust()
     smoothing = Profile("wheel.whl").smoothing
-    assert 0.005 < smoothing < 0.02
+    # The curve leaves the noise of 0.01 mm to the points, but for the few that determine each piece.
+    assert smoothing == pytest.approx(0.01, rel=0.1)
     causes = [cause for kind, cause in found.variations if kind == "smoothing"]
     assert causes == [f"smoothing of the wheel wheel.whl {1e3*factor*smoothing:.2g} µm" for factor in (0.5, 2)]
     Profile("wheel.whl", smoothing=2*smoothing).write("smoother.yz")
@@ -319,8 +320,8 @@ def test_a_variation_that_cannot_run_is_named():
     """A start whose flange is pressed nearly as deep as the table goes: 1 % further is too deep, and fails alone."""
     case = THROWN.replace(Y=0.01255, t_end=2e-3, stop_at="t_end")
     found = case.trust()
-    assert list(found.failed) == ["Y + 1 %"] and "expected penetrations within it" in found.failed["Y + 1 %"]
+    assert list(found.failed) == ["Y + 1 %"] and "expected penetrations that the contact table covers" in found.failed["Y + 1 %"]
     assert any(line.startswith("failed: Y + 1 %: ") for line in found.lines())
     assert "Y + 1 %" not in [cause for _, cause in found.variations] and PEAK in found.answers
-    with pytest.raises(ldbench.Error, match="expected penetrations within it"):
+    with pytest.raises(ldbench.Error, match="expected penetrations that the contact table covers"):
         case.replace(Y=1.01*0.01255).trust()

@@ -81,7 +81,8 @@ def test_printed_numbers(told: Told):
     labels = [CRC, r"below \S+ mm", r"top of rail at y .*$", r"right \S+ mm$", r"\bwith roll.*$", r"nonlinearity .*$",
               r"(?:rolling radii coefficient|parameter at) .*$", r"zone of the .*$"]
     assert differing(told.words, lines, None, labels) == []
-    assert replace(told.pair, clearance=(0.01018, 0.01018)).lines()[0] == "rigid-axle clearance left 10.180, right 10.180 mm"
+    equal = replace(told.pair, outlines=replace(told.pair.outlines, clearance=(0.01018, 0.01018)))
+    assert equal.lines()[0] == "rigid-axle clearance left 10.180, right 10.180 mm"
 
 
 def test_numbers_for_other_programs(told: Told):

@@ -1,4 +1,4 @@
-"""How far the ten runs of other builds lie from those of one build, as a table. docs/install.md states the largest.
+"""How far the ten runs of other builds lie from those of one build, as a table. docs/stated.json has the largest.
 
 usage: python tests/support/deviations.py FOLDER OTHER...
 

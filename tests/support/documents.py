@@ -9,7 +9,7 @@ A block is marked by a comment in the line before its fence:
 The blocks of a page run in order, in one folder with the shipped inputs and profiles. In the output that a page shows,
 `...` stands for anything, also for any number of lines.
 
-    python tests/support/documents.py docs/install.md       writes into the pages what their commands print today
+    python tests/support/documents.py docs/input.md       writes into the pages what their commands print today
 """
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ from scipy.special import ellipe, ellipkm1
 
 import make_profiles as arcs
 from ldbench import Case, ContactTable
+from ldbench.constants import MM
 
-MM = 1e3
 RADIUS = 0.457              # at the contact of the centred wheelset [m]
 FLANGE = np.radians(70)
 THROAT = 38.0               # where the tread begins, from the wheel back [mm]

@@ -16,13 +16,13 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import cumulative_trapezoid
 
+from ldbench.constants import CONTACTS
 from ldbench_round.findings import DOUBTFUL
 
 Frame = pd.DataFrame
 Change = Callable[[Frame], Frame]
 G, MASS, LOAD = 9.81, 1568.0, 164618.0       # of the call
 DEGREE = 180/np.pi
-CONTACTS = ("LT", "LF", "RT", "RF")
 MOTION = ("Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc")
 POINT = ("angle", "N", "Fy", "Fz", "y", "z", "radius")
 KINETIC, POTENTIAL = ["KE_lat", "KE_vert", "KE_roll"], ["PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R"]

@@ -21,11 +21,11 @@ from checks import Check, Section, absolute, limit, relative
 from derailment import past_crown
 from integration import refined
 from ldbench import Case, ContactTable, Run
+from ldbench.constants import CONTACTS
 from sheets import Table
 
 PAIRS = "aw", "sw"
 EXERCISES = 1, 2, 3, 4
-CONTACTS = "LT", "LF", "RT", "RF"
 OUTWARDS = {"LF": 1, "RF": -1}
 STEP = 1e-5                     # of the fine runs, and between their rows [s]
 FACTORS = 4.0, 2.0, 1.0, 0.5, 0.25  # of the shipped step

@@ -27,8 +27,9 @@ from scipy.optimize import brentq
 import make_profiles as arcs
 from checks import Check, Section, limit, relative
 from ldbench import Case, ContactTable
+from ldbench.constants import MM
 from quasistatic import PAIRS, pieces
-from round_profiles import MM, Shape
+from round_profiles import Shape
 from sheets import Table
 
 DeltaR = Callable[[np.ndarray], np.ndarray]     # lateral displacements [m] to radius differences [m]

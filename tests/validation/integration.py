@@ -33,6 +33,7 @@ from checks import Check, Section, absolute, limit
 from independent import SIZES, rates_of, start_of
 from ldbench import Case, ContactTable, Run
 from ldbench._core import flat
+from ldbench.constants import CONTACTS
 from ldbench_round.fingerprint import half_space_softness
 from sheets import Table
 
@@ -56,7 +57,6 @@ NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
 FLANGES = (("left", "LF"), ("right", "RF"))
-CONTACTS = "LT", "LF", "RT", "RF"
 
 @dataclass
 class Reference:

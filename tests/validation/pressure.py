@@ -19,7 +19,8 @@ import ldbench
 from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable, Run
 from ldbench._core.calls import Handle
-from ldbench.pressure import CONTACTS, ELEMENTS, Patch, press
+from ldbench.constants import CONTACTS
+from ldbench.pressure import ELEMENTS, Patch, press
 from ldbench.table import rigid_geometry
 from sheets import Table
 

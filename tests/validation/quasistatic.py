@@ -38,16 +38,16 @@ import ldbench
 import make_profiles as arcs  # the exact pieces of the shipped profiles
 from checks import Check, Section, absolute, limit, relative
 from ldbench import Case, ContactTable
+from ldbench.constants import DEG, KN, MM
 from sheets import Table
 
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
-MM, KN, DEG = 1e3, 1e-3, 180/np.pi
 SCALE = np.array([1.0, 1.0, 1/0.75])    # q per length: roll times half the distance of the contacts [m]
 LENGTH = 1e-3                           # F/W counts as so much arc length [m]
 FACE = {"aw": 75.0, "sw": 70.0}         # largest flange angle [deg]
 LAST_Y = 55e-3                          # the tip of a flange is over the crown of its rail at 64 and 73 mm [m]
 # Rail, wheel and clearance [mm] of the shipped profiles.
-SHAPES = {"aw": (arcs.arprof, arcs.awprof, 10.18), "sw": (arcs.srprof, arcs.swprof, 16.94)}
+SHAPES = {"aw": (arcs.arprof, arcs.awprof, arcs.CLEARANCES["aw"]), "sw": (arcs.srprof, arcs.swprof, arcs.CLEARANCES["sw"])}
 
 
 @dataclass

@@ -146,7 +146,7 @@ def run_command(arguments: list[str] | None) -> int:
             reason = f"standard output: {words}"
             discard_output()
     except MemoryError:
-        reason = "expected more memory, found none left"
+        reason = "the memory is used up; give fewer files or runs at once"
     except KeyboardInterrupt as stopped:
         print("ldbench: stopped", file=sys.stderr)
         return 128 + int(*stopped.args or (signal.SIGINT,))

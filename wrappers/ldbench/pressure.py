@@ -11,8 +11,8 @@ from ._core import flat
 from ._core.calls import Handle
 from ._core.errors import BadValue, Error
 from .case import Case
+from .constants import CONTACTS, SIDES
 
-CONTACTS = "LT", "LF", "RT", "RF"       # left and right tread and flange, as in the columns
 ELEMENTS = 48                           # over the length of a patch along the profile, wherever pressures are shown
 
 
@@ -126,7 +126,7 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
     if elements < 8 or elements % 4:
         raise BadValue(expected="a multiple of 4 elements, at least 8", found=elements)
     found = []
-    for side, names in ("left", CONTACTS[:2]), ("right", CONTACTS[2:]):
+    for side, names in SIDES.items():
         if any(name in contacts for name in names):
             found += [patch for patch in _press_wheel(handle, case, pose, side, names, elements) if patch.contact in contacts]
     if loads is None:

@@ -17,8 +17,8 @@ from ._core.errors import Error, Warning
 from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.wording import counted, html_table
 from .case import Case, variables
+from .constants import CONTACT_NAMES
 from .results.header import parse_header
-from .results.quantities import CONTACT_NAMES
 from .results.run_data import RunData, checked
 from .table import ContactTable
 

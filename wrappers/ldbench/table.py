@@ -19,10 +19,12 @@ from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, path_bytes, text, version, watched
 from ._core.errors import BadValue, Error, Warning
 from ._core.files import complete
-from ._core.wording import clearance_words, counted, html_table
+from ._core.wording import counted, html_table
 from .case import TEXT_LENGTH, Case, variables
 from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
-from .pressure import CONTACTS, ELEMENTS, Patch, check_model, load, press
+from .constants import CONTACTS
+from .number_text import clearance_words
+from .pressure import ELEMENTS, Patch, check_model, load, press
 from .profiles.profile import core_file
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -381,14 +383,15 @@ def rigid_geometry(case: Case) -> Handle:
     return Handle(flat.free_prepared, address)
 
 
-def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float]:
+def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float, tuple[float, float]]:
     """The outlines of a case's profiles in their places: wheel in the frame of the wheelset and rail in that of the track, (n, 2)
-    [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails.
-    Error where a run would refuse the profiles."""
+    [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails;
+    rigid-axle flange clearance to the left and to the right [m]. Error where a run would refuse the profiles."""
     handle = rigid_geometry(case)
     sizes, (axle, roll) = flat.outline_sizes(handle)
     left, right = ([flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (1, 2)] for side in (1, 2))
-    return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll)
+    clearance_left, clearance_right = (float(flat.rigid_numbers(handle, side)[0][0]) for side in (1, 2))
+    return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll), (clearance_left, clearance_right)
 
 
 def profile_names(case: Case) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ldbench import __version__
+from ldbench.constants import CONTACT_NAMES, KN
 from ldbench.plots.stretches import thin
-from ldbench.results.quantities import CONTACT_NAMES, KN
 from ldbench.viewer.page import FOLDER as VIEWER, Page, fill
 
 from .collation import Collation
@@ -19,7 +19,7 @@ from .submissions import FACTS
 from .tasks import Task
 
 STATIC = Path(__file__).resolve().parent/"static"
-SCRIPTS = VIEWER/"decode.js", STATIC/"collation.js"
+SCRIPTS = VIEWER/"decode.js", VIEWER/"number_text.js", STATIC/"collation.js"
 POINTS = 200            # columns of a curve, of each the smallest and the largest value
 CHARTS = {"Y": ("lateral displacement Y", "mm", 1e3), "roll": ("roll Φ", "mrad", 1e3), "energy": ("energy − start", "J", 1.0),
           **{name: (f"normal force, {CONTACT_NAMES[name[2:]]}, first contact", "kN", KN) for name in IMPACTS}}

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from ldbench.number_text import number_text, percent_text, two_digits
 from ldbench.plots.frame import new_page
 from ldbench.plots.style import CODE_LINES, Line
 from ldbench.plots.tables import draw_table
@@ -20,7 +21,6 @@ CODES_ON_PAGE = 14
 GRADED_ON_PAGE = 8      # codes, each with five lines of grades
 LITTLE = 0.9            # share that was scored, below which a difference stands in brackets
 MANY = 10.0             # a relative difference that is told as a factor
-LONGEST_NUMBER = 10     # characters of a number, beyond which three digits are shown
 # Shades of a cell by its verdict, and of a difference by its grade, light enough for black words; the notes name them.
 VERDICTS = {"passed": "#D9F0DF", "doubtful": "#FDF0C4", "failed": "#F9D6CF", "unusable": "#C9C9C9"}
 EMPTY = "#F4F4F4"
@@ -61,23 +61,7 @@ def deviation(found: Collation, code: Submission, task: Task, name: str) -> floa
 
 def signed_percent(x: float) -> str:
     """A relative difference in percent with its sign, or as a factor where it is large; a dash for none."""
-    if not np.isfinite(x):
-        return "–"
-    if abs(x) >= MANY:
-        return f"× {1 + x:.3g}".replace("-", "−")
-    words = f"{100*x:+.0f}" if abs(x) >= 0.0995 else f"{100*x:+.1f}" if abs(x) >= 0.00995 else f"{100*x:+.2f}"
-    return f"{'0' if float(words) == 0 else words} %".replace("-", "−")
-
-
-def text(name: str, x: float, digits: int | None = None) -> str:
-    """A number as it is shown, without its unit."""
-    words = NUMBERS[name].text(x, digits)
-    return (words if len(words) <= LONGEST_NUMBER else f"{NUMBERS[name].scale*x:.3g}").replace("-", "−")
-
-
-def two_digits(x: float) -> str:
-    """A relative difference; a dash for none."""
-    return "–" if np.isnan(x) else f"{x:.2g}".replace("-", "−")
+    return f"× {number_text(1 + x, digits=3)}" if abs(x) >= MANY and np.isfinite(x) else percent_text(x, sign=True)
 
 
 def draw_matrix(found: Collation, start: int, most: int, page: Figure, cells: Sequence[Cells], name: float, labels: int) -> None:
@@ -123,7 +107,7 @@ def verdict_cell(found: Collation, code: Submission, task: Task) -> tuple[str, s
         return "cannot\nbe used", VERDICTS[entry.shade]
     counts = " / ".join(str(entry.verdict.get(verdict, 0)) for verdict in ("passed", "doubtful", "failed"))
     value = found.value(code, task, name)
-    shown = text(name, value, 1 if np.isfinite(value) and value*NUMBERS[name].scale < 1000 else 0)
+    shown = NUMBERS[name].text(value, 1 if np.isfinite(value) and value*NUMBERS[name].scale < 1000 else 0)
     apart = f"\n{signed_percent(deviation(found, code, task, name))}" if np.isfinite(value) else ""
     return f"{counts}\n{shown}{apart}", VERDICTS[entry.shade]
 

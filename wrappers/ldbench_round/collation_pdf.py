@@ -9,15 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ldbench.constants import CONTACT_NAMES, KN
+from ldbench.number_text import number_text, scientific, two_digits
 from ldbench.plots.document import save_document
 from ldbench.plots.frame import legend_of_page, new_page
 from ldbench.plots.style import plain
 from ldbench.plots.tables import draw_listing
-from ldbench.results.quantities import CONTACT_NAMES, KN, quantity, significant
+from ldbench.results.quantities import quantity
 from ldbench.tools import check_ending
 
 from .collation import Collation
-from .collation_matrix import CODES_ON_PAGE, cut, deviation, grade_pages, line_of, signed_percent, text, two_digits, verdict_page
+from .collation_matrix import CODES_ON_PAGE, cut, deviation, grade_pages, line_of, signed_percent, verdict_page
 from .kept_entries import CLOSE, IMPACTS, Entry
 from .round_numbers import NUMBERS, names_of
 from .scores import GRADED
@@ -221,7 +223,7 @@ def number_table(found: Collation, task: Task) -> Table:
     names = [name for name in names_of(task) if np.isfinite(found.median(task, name))]
     header = ["", *(NUMBERS[name].short for name in names), "checks"]
     units = ["", *(f"[{NUMBERS[name].unit}]" if NUMBERS[name].unit else "" for name in names), "passed / doubtful / failed"]
-    medians = ["median", *(text(name, found.median(task, name)) for name in names), ""]
+    medians = ["median", *(NUMBERS[name].text(found.median(task, name)) for name in names), ""]
     rows: list[list[str]] = [medians, ["smallest to largest", *(extremes(found, task, name) for name in names)]]
     for code in found.codes:
         if not (entry := found.entry(code, task)):
@@ -230,7 +232,7 @@ def number_table(found: Collation, task: Task) -> Table:
             rows.append([code.name, *["–"]*len(names), "cannot be used"])
             continue
         counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
-        rows.append([code.name, *(f"{text(name, x)}  {distance(found, code, task, name)}" if np.isfinite(x) else "–"
+        rows.append([code.name, *(f"{NUMBERS[name].text(x)}  {distance(found, code, task, name)}" if np.isfinite(x) else "–"
                                   for name in names for x in (found.value(code, task, name),)), counts])
     return Table("Numbers", header, rows, [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), NUMBER_NOTE, units)
 
@@ -241,9 +243,9 @@ def distance(found: Collation, code: Submission, task: Task, name: str) -> str:
     if name == "energy_error":      # how far one is from no error is what counts
         return ""
     if name == "processor_time":
-        return f"× {significant(value/median)}" if median > 0 else "–"
+        return f"× {number_text(value/median)}" if median > 0 else "–"
     if name == "rebound":           # it may be 0
-        return f"{value - median:+.4f}".replace("-", "−")
+        return number_text(value - median, 4, sign=True)
     return signed_percent(deviation(found, code, task, name))
 
 
@@ -251,7 +253,7 @@ def extremes(found: Collation, task: Task, name: str) -> str:
     """The smallest and the largest of a number."""
     known = [x for code in found.codes if np.isfinite(x := found.value(code, task, name))]
     digits = min(NUMBERS[name].digits or 0, 2) or None
-    return "…".join(f"{NUMBERS[name].scale*x:.0e}".replace("-", "−") if name == "energy_error" else text(name, x, digits)
+    return "…".join(scientific(NUMBERS[name].scale*x, 0) if name == "energy_error" else NUMBERS[name].text(x, digits)
                     for x in (min(known), max(known)))
 
 
@@ -267,7 +269,7 @@ def score_table(found: Collation, task: Task) -> Table:
             known = not np.isnan(one.difference)
             where = one.quantity.removeprefix("angle_").removeprefix("radius_").removesuffix("other")
             differences.append(f"{two_digits(one.difference)} {where}".strip() if known else "–")
-            shares.append(f"{100*one.share:.3g} %, {two_digits(one.of_spread)}" if known else "–")
+            shares.append(f"{number_text(100*one.share, digits=3, trim=True)} %, {two_digits(one.of_spread)}" if known else "–")
         rows += [differences, shares]
     return Table(f"Scores, reference: {found.reference}", ["", *GRADED.values()], rows, [1.5, *[1.1]*len(GRADED)], (0,),
                  SCORE_NOTE)

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ldbench import Case
-from ldbench.results.quantities import GRAVITY, quantity
+from ldbench.constants import GRAVITY
+from ldbench.results.derived import KINETIC_PARTS
+from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData
 
 from .findings import Finding, judged
@@ -15,8 +17,8 @@ from .row_checks import lateral_work
 
 #: The sums that a file may give, with their parts; the elastic energy of the contacts belongs to the potential energy.
 KINETIC, POTENTIAL = "KE", "PE"
-PARTS = {KINETIC: ("KE_lat", "KE_vert", "KE_roll"), POTENTIAL: ("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R")}
-ENERGIES = (*PARTS, *(part for parts in PARTS.values() for part in parts))
+ENERGY_PARTS = {KINETIC: tuple(KINETIC_PARTS), POTENTIAL: ("PE_grav", "PE_load", "PE_elastic_L", "PE_elastic_R")}
+ENERGIES = (*ENERGY_PARTS, *(part for parts in ENERGY_PARTS.values() for part in parts))
 SUMS = {KINETIC: "kinetic energy", POTENTIAL: "potential energy"}
 WRONG = 0.02, 0.1       # of the largest change of an energy: doubtful, wrong
 AT_REST = 20.0          # elastic energy of the contacts at rest, at most [J]; zero may be there or where they are open
@@ -45,10 +47,10 @@ def told(run: RunData, whole: str, elastic: bool = True) -> np.ndarray | None:
 
     elastic: whether parts of the elastic energy count, if the file has them.
     """
-    needed = [part for part in PARTS[whole] if not part.startswith("PE_elastic")]
+    needed = [part for part in ENERGY_PARTS[whole] if not part.startswith("PE_elastic")]
     if not all(part in run.data for part in needed):
         return run.values(whole) if whole in run.data else None
-    parts = [part for part in PARTS[whole] if part in run.data and (elastic or part in needed)]
+    parts = [part for part in ENERGY_PARTS[whole] if part in run.data and (elastic or part in needed)]
     return np.asarray(sum(np.nan_to_num(run.values(part)) for part in parts))
 
 
@@ -57,7 +59,7 @@ def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
     motion = {"vY": case.mass, "vZ": case.mass, "roll_rate": case.roll_inertia}
     if not all(name in run.data for name in (*motion, "Z")):
         return
-    expected = dict(zip(PARTS[KINETIC], (inertia*run.values(name)**2/2 for name, inertia in motion.items()), strict=True))
+    expected = dict(zip(ENERGY_PARTS[KINETIC], (inertia*run.values(name)**2/2 for name, inertia in motion.items()), strict=True))
     expected[KINETIC] = np.asarray(sum(expected.values()))
     expected |= {"PE_grav": case.mass*GRAVITY*run.values("Z"), "PE_load": case.vertical_load*run.values("Z")}
     expected[POTENTIAL] = expected["PE_grav"] + expected["PE_load"]

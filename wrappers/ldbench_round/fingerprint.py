@@ -13,7 +13,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ldbench import Case, ContactTable
-from ldbench.results.quantities import CONTACTS
+from ldbench.constants import CONTACTS
+from ldbench.number_text import number_text
 from ldbench.results.run_data import RunData
 from ldbench.tools import counted
 
@@ -103,8 +104,7 @@ def plus_minus(x: Estimate, factor: float = 1.0) -> str:
     """A number and its uncertainty of one digit: '1.07 ± 0.04'."""
     value, u = factor*x.value, factor*x.uncertainty
     digits = int(np.clip(-np.floor(np.log10(u)), 0, 7)) if u > 0 else 3
-    value = 0.0 if round(value, digits) == 0 else value
-    return f"{value:.{digits}f} ± {u:.{digits}f}"
+    return f"{number_text(value, digits)} ± {number_text(u, digits)}"
 
 
 @cache

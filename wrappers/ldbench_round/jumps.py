@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ldbench import Case
-from ldbench.results.quantities import CONTACTS
+from ldbench.constants import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .blows import first_blow_gives

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ldbench import Error
+from ldbench.constants import CONTACTS
 from ldbench.results.columns import UNITS, RawTable
-from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .column_names import flat, meanings

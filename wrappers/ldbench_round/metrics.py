@@ -11,9 +11,9 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ldbench import Error
+from ldbench.constants import CONTACTS
 from ldbench.results.answers import passages
 from ldbench.results.contact_intervals import ContactInterval
-from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .energies import SUMS, told

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ldbench import Case
+from ldbench.constants import CONTACTS
 from ldbench.results.answers import answers
 from ldbench.results.derived import cumulative
-from ldbench.results.quantities import CONTACTS
 from ldbench.results.run_data import RunData
 
 from .blows import LEAST_FORCE

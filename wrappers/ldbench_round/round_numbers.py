@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ldbench import Case
+from ldbench.constants import CONTACT_NAMES, KN
 from ldbench.results.answers import answers
-from ldbench.results.quantities import CONTACT_NAMES, KN, OUTCOME, Quantity, si_unit
+from ldbench.results.quantities import OUTCOME, Quantity, si_unit
 from ldbench.results.run_data import RunData
 
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding

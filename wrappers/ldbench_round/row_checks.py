@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from ldbench import Case
+from ldbench.constants import CONTACTS, GRAVITY
 from ldbench.geometry.outlines import case_outlines
 from ldbench.results.derived import cumulative
-from ldbench.results.quantities import CONTACTS, GRAVITY
 from ldbench.results.run_data import RunData
 
 from .findings import FAILED, UNKNOWN, Finding, judged

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ldbench.results.quantities import CONTACTS
+from ldbench.constants import CONTACTS
 
 from .energies import SUMS
 from .tasks import MOTION, Task

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ldbench import Error
-from ldbench.results.quantities import CONTACTS, PAIRS
+from ldbench.constants import CONTACTS
+from ldbench.results.quantities import PAIRS
 
 MOTION = "Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"
 PER_CONTACT = "angle", "N", "Fz", "Fy", "y", "z", "radius"

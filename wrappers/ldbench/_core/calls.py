@@ -60,7 +60,7 @@ class Handle:
         return self._address
 
     def __reduce__(self) -> NoReturn:
-        raise TypeError("what the core holds cannot leave its process")
+        raise TypeError("a contact table or run of the core cannot be pickled; give the other process the case")
 
 
 def path_bytes(path: str | os.PathLike[str]) -> bytes:

@@ -1,4 +1,4 @@
-"""Numbers of things and clearances in words, and short tables that a notebook shows for a case, a run and a contact table."""
+"""Numbers of things in words, and short tables that a notebook shows for a case, a run and a contact table."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -8,11 +8,6 @@ from html import escape
 def counted(n: int, noun: str) -> str:
     """Name a number of things by a noun in the singular: '1 run', '2 runs'."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
-
-
-def clearance_words(left: float, right: float) -> str:
-    """Rigid-axle flange clearance to both sides [m] as it is written everywhere, in mm: 'left 10.180, right 10.180'."""
-    return f"left {1e3*left:.3f}, right {1e3*right:.3f}"
 
 
 def html_table(title: str, rows: Sequence[tuple[str, ...]], head: Sequence[str] = ()) -> str:

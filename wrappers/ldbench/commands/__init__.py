@@ -20,7 +20,7 @@ COMMANDS = {
     "score": "score column files against a reference, in numbers that survive impacts",
     "fingerprint": "tell from column files how their codes treat contact and time",
     "collate": "collate the submissions of a round: table, document and page of all codes",
-    "study": "contact law against time step, or derailment over flange angle",
+    "study": "contact law against time step",
     "formulations": "elastic contact against constraint equations, all exercises",
     "report": "run the ten cases, write columns, plots, abstract and summary",
     "view": "column files as an interactive page, a film or a picture",

@@ -20,8 +20,9 @@ import numpy as np
 from .._core.errors import Error, Usage
 from .._core.wording import counted
 from ..case import Case, Value, find_variables
+from ..constants import CONTACTS
 from ..ensembles.sweep import ensemble
-from ..results.quantities import CONTACTS, OUTCOME
+from ..results.quantities import OUTCOME
 from .options import add_jobs, add_output, add_set, parse_setting, settings
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ import numpy as np
 
 from .._core.errors import Error
 from .._core.files import check_ending, check_written
+from ..constants import CONTACT_NAMES, DEG, KN, MM
 from ..geometry.pressures import run_patches
 from ..plots.pressure_page import save_page
-from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData, read_data
 from .options import add_json, add_output, print_json
 

@@ -69,9 +69,9 @@ def main(args: argparse.Namespace) -> int:
     kind = target.suffix.lower()
     for name, value in ("--from", args.start), ("--to", args.end), ("--speed", args.speed):
         if value is not None and kind in PAGES:
-            raise Usage(file=name, expected="with a film -o FILE.mp4", found="with a page")
+            raise Usage(place=name, expected="with a film -o FILE.mp4", found="with a page")
         if value is not None and kind == PICTURE and name != "--from":
-            raise Usage(file=name, expected="with a film -o FILE.mp4", found="with the picture of a moment")
+            raise Usage(place=name, expected="with a film -o FILE.mp4", found="with the picture of a moment")
     case = Case.from_namelist(args.case) if args.case else None
     check_written([target], args.files)
     check_names(args.files, args.map)
@@ -84,7 +84,7 @@ def main(args: argparse.Namespace) -> int:
         make_film(runs, target, args.start, args.end, args.speed, case)
     print(f"{target}  {target.stat().st_size/1e6:.2f} MB")
     if kind in PAGES and args.browser and at_display() and not webbrowser.open(target.resolve().as_uri()):
-        print("found no browser that opens the page")
+        print(f"{target}: no browser was found that opens this page")
     return 0
 
 

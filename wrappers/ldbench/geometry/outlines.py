@@ -25,12 +25,14 @@ class Side:
 
 @dataclass(frozen=True)
 class Outlines:
-    """Both sides; height [m] and roll [rad] of the axle from which the columns Z and roll are measured."""
+    """Both sides; height [m] and roll [rad] of the axle from which the columns Z and roll are measured; rigid-axle flange clearance
+    to the left and to the right [m]."""
 
     left: Side
     right: Side
     axle: float
     roll: float
+    clearance: tuple[float, float]
 
     @property
     def sides(self) -> tuple[tuple[Side, int], ...]:
@@ -47,9 +49,8 @@ def turned(points: np.ndarray, y: float, z: float, roll: float) -> np.ndarray:
 def case_outlines(case: Case) -> Outlines:
     """The outlines of a case's profiles; the axle is that of the rigid wheelset on both rails. Error where a run would
     refuse them."""
-    sides, axle, roll = placed_outlines(case)
-    left, right = (Side(*side) for side in sides)
-    return Outlines(left, right, axle, roll)
+    (left, right), axle, roll, clearance = placed_outlines(case)
+    return Outlines(Side(*left), Side(*right), axle, roll, clearance)
 
 
 def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[Outlines | None, str]:
@@ -75,7 +76,8 @@ def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[O
         return outlines, ""
     changed = dict.fromkeys(file.name for name, file in files.items() if not fits(case, source, name))
     remark = f"{' and '.join(changed)} changed since the run" if changed else ""
-    return replace(outlines, axle=source.result("axle_height"), roll=source.result("axle_roll")), remark
+    return replace(outlines, axle=source.result("axle_height"), roll=source.result("axle_roll"),
+                   clearance=(source.result("clearance_left"), source.result("clearance_right"))), remark
 
 
 def pose(run: RunData, k: int) -> tuple[float, float, float]:

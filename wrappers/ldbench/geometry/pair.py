@@ -9,11 +9,10 @@ import numpy as np
 from .._core import flat
 from .._core.calls import Handle
 from .._core.errors import Error
-from .._core.wording import clearance_words
 from ..case import Case
 from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
-from ..profiles.measures import TAPE_CIRCLE
-from ..results.quantities import DEG, MM
+from ..constants import DEG, MM, SIDES, TAPE_CIRCLE
+from ..number_text import clearance_words
 from ..table import rigid_geometry
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
 from .outlines import Outlines, case_outlines
@@ -24,12 +23,16 @@ LEAST_REACH = 10e-3         # of geometry functions to either side of the centre
 @dataclass(frozen=True)
 class Pair:
     """A wheel on a rail, rigid."""
-    clearance: tuple[float, float]      # to the left, to the right [m]
     zones: dict[str, np.ndarray]        # of 'left', 'right' (zone, 4): first and last y on the wheel [m], flange 0 or 1,
                                         # contact angle [rad]
     level: ContactGeometry              # of the wheelset that is kept level, as EN 15302 has it
     rolled: ContactGeometry             # of the wheelset that stands on both rails
-    outlines: Outlines                  # of wheels and rails
+    outlines: Outlines                  # of wheels and rails, with the clearances
+
+    @property
+    def clearance(self) -> tuple[float, float]:
+        """Rigid-axle flange clearance to the left and to the right [m]."""
+        return self.outlines.clearance
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
@@ -69,18 +72,17 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
 
     radii: of the left and the right wheel on the tape circle [m], in place of `rolling_radius` where the wheels touch.
     """
-    handle = rigid_geometry(case)
-    (left, n_left), zones_left = flat.rigid_numbers(handle, 1)
-    (right, n_right), zones_right = flat.rigid_numbers(handle, 2)
-    zones = {"left": zones_left.T[:int(n_left)], "right": zones_right.T[:int(n_right)]}
+    handle, outlines = rigid_geometry(case), case_outlines(case)
+    zones = {side: zones.T[:int(count)] for side, ((_, count), zones) in zip(
+        SIDES, (flat.rigid_numbers(handle, side) for side in (1, 2)), strict=True)}
     end_left, end_right = (case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
-    reach = round(max(LEAST_REACH, 1.3*max(left, right))/FINE_PITCH)
+    reach = round(max(LEAST_REACH, 1.3*max(outlines.clearance))/FINE_PITCH)
     y = FINE_PITCH*np.arange(-reach, reach + 1)
     raised = raised_surfaces(case, handle, radii)
     names = list(GEOMETRY)
     level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), (end_left, end_right))
                      for kept, rows in (("level", level_rows), ("with roll", rolled_rows)))
-    return Pair((left, right), zones, level, rolled, case_outlines(case))
+    return Pair(zones, level, rolled, outlines)
 
 
 def raised_surfaces(case: Case, handle: Handle, radii: Sequence[float] | None) -> tuple[float, float]:

@@ -9,7 +9,8 @@ import numpy as np
 
 from .._core.calls import Handle
 from .._core.errors import Error
-from ..pressure import CONTACTS, ELEMENTS, Patch, press
+from ..constants import CONTACTS
+from ..pressure import ELEMENTS, Patch, press
 from ..results.contact_intervals import ContactInterval
 from ..results.run_data import RunData
 from ..table import rigid_geometry

@@ -6,10 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
+from ..constants import CONTACT_NAMES, DEG, KN, MM
 from ..geometry.outlines import flange_angle, run_outlines
 from ..results.answers import answers
 from ..results.derived import lateral_over_vertical, nadal_limit, spectrum, wheel_loads
-from ..results.quantities import CONTACT_NAMES, DEG, KN, MM, quantity
+from ..results.quantities import quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
 from .series import ENERGY, RATIO, constant_energies, draw_columns, draw_curve

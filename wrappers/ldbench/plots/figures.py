@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
+from ..constants import CONTACT_NAMES, KN, MM
 from ..results.contact_intervals import ContactInterval
-from ..results.derived import PARTS, Exchange, exchange
-from ..results.quantities import CONTACT_NAMES, KN, MM, PAIRS
+from ..results.derived import KINETIC_PARTS, Exchange, exchange
+from ..results.quantities import PAIRS
 from ..results.run_data import RunData
 from .frame import legend_above, legend_of_page, new_page
 from .impact import draw_detail, instants, placed_outlines
@@ -22,7 +23,7 @@ from .stretches import PANEL, first_impact, thin
 from .style import BLACK, BLUE, CONTACT_LINES, DASHED, DOTTED, GREEN, GREY, PURPLE, RED, SERIES, SKY, Line, plain_numbers
 
 PAIR_LINES = Line(BLACK), Line(RED, DASHED, 1.1)
-NEEDED = {"Y", "vY", "N_LF", "N_RF", *PARTS}
+NEEDED = {"Y", "vY", "N_LF", "N_RF", *KINETIC_PARTS}
 
 
 def by_pair(runs: Sequence[RunData]) -> dict[str, list[RunData]]:
@@ -172,7 +173,7 @@ def side_by_side(runs: Sequence[RunData]) -> Figure:
             if first := run.first_interval("LF"):
                 rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
                 row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
-            row[3].plot(*thin(t, np.sum([run.values(part) for part in PARTS], axis=0), PANEL), **look)
+            row[3].plot(*thin(t, np.sum([run.values(part) for part in KINETIC_PARTS], axis=0), PANEL), **look)
         words = f"Exercise {exercise}: Y [mm]", "N of flanges [kN]", "N, first contact [kN]", "kinetic energy [J]"
         for ax, label in zip(row, words, strict=True):
             ax.set_ylabel(label)
@@ -223,7 +224,7 @@ def draw_shares(ax: Axes, names: Sequence[str], energies: Sequence[Exchange]) ->
     """Stacked bars of kinetic energies after an impact, in per cent of their sum before it."""
     left = np.zeros(len(names))
     total = np.array([sum(one.before.values()) for one in energies])
-    for (part, words), color in zip(PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
+    for (part, words), color in zip(KINETIC_PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
         share = 100*np.array([one.after[part] for one in energies])/total
         ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
         for k, (x, width) in enumerate(zip(left, share, strict=True)):

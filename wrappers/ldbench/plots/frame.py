@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from ..results.quantities import MM, scientific
+from ..constants import MM
+from ..number_text import scientific
 from ..results.run_data import RunData
 from .style import PAGE, plain
 

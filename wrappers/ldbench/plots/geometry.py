@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from .._core.wording import clearance_words
+from ..constants import DEG, MM
 from ..geometry.en15302 import AMPLITUDES, window
 from ..geometry.outlines import Side
 from ..geometry.pair import Pair
-from ..results.quantities import DEG, MM
+from ..number_text import clearance_words, number_text
 from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
 from .style import BLACK, BLUE, CONTACT_LINES, GREY, RED, SKY, Line, plain_numbers
@@ -26,7 +26,7 @@ BEYOND = 3e-3           # contact lines go so far past the clearance [m]
 JUMP = 1e-3             # a contact that moves more between neighbouring displacements jumps [m]
 LEVEL, ROLLED, HARMONIC = Line(BLUE), Line(BLACK), Line(RED, "--", 0.8)
 WHEELS = {"_L": "left", "_R": "right"}
-SIDES = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT_LINES["RT"])}
+WHEEL_LOOKS = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT_LINES["RT"])}
 FACE = "#EEF0F3"
 DRAWN = 82.0            # height of the drawing of contact lines [mm]
 LABELS = 6.5            # between labels of its lines, at least [mm]
@@ -73,7 +73,7 @@ class ContactLine(NamedTuple):
 def contact_lines(found: Pair, side: int) -> list[ContactLine]:
     """Contact lines of the left (1) or right (-1) wheel at whole millimetres of displacement, to a little beyond the clearance."""
     g = found.rolled.geometry
-    letter = SIDES[side][1]
+    letter = WHEEL_LOOKS[side][1]
     own = found.outlines.left if side > 0 else found.outlines.right
     lines = []
     first, last = max(g["Y"][0], -found.clearance[1] - BEYOND), min(g["Y"][-1], found.clearance[0] + BEYOND)
@@ -111,7 +111,7 @@ def pair_page(found: Pair, note: str, reference: str | None, title: str = "") ->
         return [("level", level, column, LEVEL), ("with roll", rolled, column, ROLLED)]
 
     def sides(column: str) -> list[OfDisplacement]:
-        return [(name, rolled, f"{column}_{letter}", line) for name, letter, line in SIDES.values()]
+        return [(name, rolled, f"{column}_{letter}", line) for name, letter, line in WHEEL_LOOKS.values()]
 
     for ax, (label, scale, curves) in zip(axes, (
             ("Δr = left − right [mm]", MM, both("delta_r")), ("contact angle γ [°]", DEG, sides("angle")),
@@ -151,7 +151,7 @@ def draw_functions(ax: Axes, label: str, scale: float, curves: Sequence[OfDispla
 def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
     """Draw a wheel above its rail, and lines between the points that touch; left is left."""
     own = found.outlines.left if side > 0 else found.outlines.right
-    name, _, line = SIDES[side]
+    name, _, line = WHEEL_LOOKS[side]
     lift = np.array([0.0, MM*found.outlines.axle + RAISED])
     wheel, rail = MM*own.wheel + lift, MM*own.rail
     inner, outer = min(wheel[0, 0], rail[:, 0].min()) - 3, max(wheel[-1, 0], rail[:, 0].max()) + 3
@@ -167,7 +167,7 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
         ax.plot(*np.array([above, below]).T, "o", color=line.color, markersize=1.6)
         if above[0] - labelled > LABELS:
             labelled = above[0]
-            ax.text(above[0], above[1] + 1.0, f"{MM*one.y:.0f}".replace("-", "−"), fontsize=6, ha="center", va="bottom")
+            ax.text(above[0], above[1] + 1.0, number_text(MM*one.y, 0), fontsize=6, ha="center", va="bottom")
     # The limits are the least; `auto` lets the aspect widen them.
     ax.set_xlim((outer, inner) if side > 0 else (inner, outer), auto=True)
     ax.set_ylim((top - DRAWN, top), auto=True)

@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Polygon
 
+from ..constants import CONTACT_NAMES, CONTACTS, DEG, KN, MM
 from ..geometry.outlines import Outlines, pose, run_outlines, turned
 from ..geometry.pressures import patch_history
+from ..number_text import number_text
 from ..results.contact_intervals import ContactInterval, is_closed
-from ..results.derived import PARTS, exchange
+from ..results.derived import KINETIC_PARTS, exchange
 from ..results.events import FLANGE_ANGLE
-from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM, significant
 from ..results.run_data import RunData
 from .frame import caption, new_page
 from .series import CLOSE, Page, draw_columns
@@ -114,7 +115,7 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
         color = CONTACT_LINES[c].color
         ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010, zorder=4)
         ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
-        words.append(f"{CONTACT_NAMES[c].split()[1]} {significant(KN*N)} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
+        words.append(f"{CONTACT_NAMES[c].split()[1]} {number_text(KN*N)} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
     title = ax.set_title(f"{'right' if right else 'left'}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
     title.set_in_layout(False)
     head = sign*MM*side.rail[side.rail[:, 1] > side.rail[:, 1].max() - HEAD, 0]
@@ -152,7 +153,7 @@ def draw_patch(axes: np.ndarray, pressed: np.ndarray, window: Window) -> None:
     t = window.scale*(pressed[0] - window.zero)
     look = CONTACT_LINES["LF"].kwargs() | {"marker": "o", "markersize": 2.5}
     hardest = int(pressed[1].argmax())
-    axes[0].set_title(f"left flange, largest; approach {significant(MM*pressed[3, hardest])} mm", fontsize=6.3, loc="right",
+    axes[0].set_title(f"left flange, largest; approach {number_text(MM*pressed[3, hardest])} mm", fontsize=6.3, loc="right",
                       pad=2.5)
     for ax, values, words in zip(axes, (1e-9*pressed[1], 1e6*pressed[2]), ("pressure [GPa]", "patch area [mm²]"), strict=True):
         ax.plot(t, values, **look)
@@ -172,7 +173,7 @@ def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:
 def draw_impacts(ax: Axes, run: RunData) -> None:
     """The impacts of flanges in numbers."""
     def told(x: float, unit: str) -> str:
-        return "–" if np.isnan(x) else f"{significant(x)}{unit}"
+        return number_text(x) + (unit if np.isfinite(x) else "")
 
     found, count = chosen_impacts(run)
     rows = [list(HEADS)] if count else []
@@ -182,7 +183,7 @@ def draw_impacts(ax: Axes, run: RunData) -> None:
             CONTACT_NAMES[one.contact] + ", root"*one.at_root, f"{one.start:.6f} s", told(1e3*one.duration or np.nan, " ms"),
             told(KN*one.peak, " kN"), told(DEG*one.angle, "°"), told(KN*one.impulse, " kN·s"),
             *(["–"]*4 if energies is None else [told(energies.elastic, " J"), *(
-                f"{significant(energies.before[part])} → {significant(energies.after[part])} J" for part in PARTS)])])
+                f"{number_text(energies.before[part])} → {number_text(energies.after[part])} J" for part in KINETIC_PARTS)])])
     draw_table(ax, rows, EDGES, 1/(MOST + 2.5), above=1, pad=0.0, size=6.8, band=lambda i: "")
     which = f"the first {MOST} of {count}" if count > MOST else "all"
     words = f"Impacts of flanges, {which}" if count else "No impact of a flange that begins and ends in the run"

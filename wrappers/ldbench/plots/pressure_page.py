@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon
 
+from ..constants import CONTACT_NAMES, DEG, KN, MM
 from ..geometry.outlines import Outlines, pose, run_outlines, turned
 from ..geometry.pressures import hardest
 from ..pressure import Patch
-from ..results.quantities import CONTACT_NAMES, DEG, KN, MM
 from ..results.run_data import RunData
 from .document import save_sheets
 from .frame import caption, legend_above, new_page

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..constants import DEG, MM, TAPE_CIRCLE
 from ..geometry.pair import Pair
-from ..profiles.measures import PARTS, TAPE_CIRCLE
+from ..profiles.measures import PROFILE_PARTS
 from ..profiles.profile import ProfileData
-from ..results.quantities import DEG, MM
 from .document import save_sheets
 from .frame import legend_above, new_page
 from .geometry import pair_page
@@ -64,10 +64,10 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
 
 def draw_shape(ax: Axes, profile: ProfileData, found: Pair | None) -> None:
     """Points, curve and parts; of a wheel in a pair the ends of its zones."""
-    colors = dict(zip(PARTS, (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
+    colors = dict(zip(PROFILE_PARTS, (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
     c = profile.smooth
     ax.plot(*profile.points.T, ".", markersize=1.5, color=SKY, zorder=1)
-    for k, name in enumerate(PARTS, 1):
+    for k, name in enumerate(PROFILE_PARTS, 1):
         here = c.part == k
         if here.any():
             ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patheffects import withStroke
 
+from ..constants import CONTACT_NAMES, CONTACTS, SIDES
 from ..results.answers import answers
 from ..results.derived import is_forced, lateral_over_vertical
-from ..results.quantities import CONTACT_NAMES, CONTACTS, PER_CONTACT, SIDES, quantity
+from ..results.quantities import PER_CONTACT, quantity
 from ..results.run_data import RunData
 from .frame import caption, legend_above, legend_of_page, new_page
 from .stretches import BINS, PANEL, Window, band, overall, thin
@@ -107,7 +108,7 @@ def constant_energies(run: RunData) -> str:
 
 
 WHEELS = {f"{side} wheel": contacts for side, contacts in SIDES.items()}
-PARTS = {"treads": ("LT", "RT"), "flanges": ("LF", "RF")}
+PLACES = {"treads": ("LT", "RT"), "flanges": ("LF", "RF")}
 WORK = "W_ext",
 RATIO = Panel("L/V", 1.0, (ratio_curve("left"), ratio_curve("right")))
 KINETIC = of_energies("kinetic energy", Curve(("KE_lat",), "lateral", Line(BLACK)),
@@ -129,7 +130,7 @@ PAGES = (
                     singles(aY="d²Y/dt²", aZ="d²Z/dt²", roll_acc="d²Φ/dt²"))),
     Page("contact forces", panels(WHEELS, N="normal N", Fz="vertical", Fy="lateral"),
          "of the rail on the wheel, in the directions up and left"),
-    Page("contact points", panels(PARTS, angle="angle", radius="rolling radius", y="outward y", z="z"),
+    Page("contact points", panels(PLACES, angle="angle", radius="rolling radius", y="outward y", z="z"),
          "angle of the contact normal to the vertical, positive towards the flange; outward y: from the track centreline, "
          "positive to the left on the left side and to the right on the right side; z: from the top of the rails, up positive"),
 )

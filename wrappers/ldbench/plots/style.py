@@ -16,7 +16,7 @@ import matplotlib
 from matplotlib.axis import Axis
 from matplotlib.ticker import NullFormatter
 
-from ..results.quantities import scientific
+from ..number_text import scientific
 
 PAGE = 11.69, 8.27          # A4 landscape [in]
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from .._core.errors import Error
 from .._core.files import read_text
+from ..constants import MM, TAPE_CIRCLE
 
-TAPE_CIRCLE = 70.0      # from the back of a wheel (EN 15313) [mm]
 LEAST_SHARE = 0.9       # of the points that a file announces
 LARGEST = 1e4           # coordinate, in any unit
 ENDINGS = {".whl": "wheel", ".prw": "wheel", ".slcw": "wheel", ".whe": "wheel", ".wheel": "wheel",
@@ -197,7 +197,7 @@ class _Columns:
         gensys = self.format == "GENSYS"
         unit = self.units.pop() if len(self.units) == 1 else 1.0 if gensys else 0.0
         return Raw(points + self.offset, lines, self.format, self.kind, unit,
-                   TAPE_CIRCLE/unit if gensys and self.suffix == ".wheel" else None, _quantum(words), self.notes)
+                   MM*TAPE_CIRCLE/unit if gensys and self.suffix == ".wheel" else None, _quantum(words), self.notes)
 
     def _heading(self) -> int:
         """Take what the heading says; returns the number of its lines. An old heading of MiniProf may hold numbers, and ends with
@@ -346,7 +346,7 @@ def _simpack(name: str, lines: list[str]) -> Raw:
         unit = 1e3 if np.ptp(points[:, 0]) < 1 else 1.0
         notes.append(f"without units.len.f, in {'m' if unit > 1 else 'mm'} by the width")
     return Raw(points, numbers[keep], "SIMPACK", {0: "rail", 1: "wheel"}.get(int(values.get("type", 2)), ""), unit,
-               -TAPE_CIRCLE/unit if unit else None, _quantum(words), notes)
+               -MM*TAPE_CIRCLE/unit if unit else None, _quantum(words), notes)
 
 
 def _simpack_value(name: str, line: int, key: str, text: str) -> float:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-PARTS = "flange back", "flange", "throat", "tread", "chamfer", "gauge side", "head", "field side"
+from ..constants import TAPE_CIRCLE
+
+PROFILE_PARTS = "flange back", "flange", "throat", "tread", "chamfer", "gauge side", "head", "field side"
 STATION_PITCH = 0.1e-3              # distance between stations [m]
-TAPE_CIRCLE = 70e-3                 # from the wheel's back (EN 13715) [m]
 GENTLE, CHAMFER = np.radians([10, 25])      # tangent angles at which the tread begins and ends [rad]
 STEEP = np.radians(60)              # the sides of a rail are steeper than its head [rad]
 CROWN = 3.0                         # curvature of a rail's crown [1/m]
@@ -27,7 +28,7 @@ class Stations:
     z: np.ndarray               # [m]
     angle: np.ndarray           # of the tangent [rad]
     curvature: np.ndarray       # d(angle)/ds [1/m]
-    part: np.ndarray            # a place in PARTS, from 1
+    part: np.ndarray            # a place in PROFILE_PARTS, from 1
 
 
 def survey(kind: str, length: float, frames: Callable[[np.ndarray], np.ndarray],

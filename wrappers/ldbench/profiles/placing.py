@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core.errors import Error
-from .formats import TAPE_CIRCLE, UNITS, Raw
+from ..constants import MM, TAPE_CIRCLE
+from .formats import UNITS, Raw
 from .repair import LEAST_POINTS, on_curve
 
 FACE = np.sin(np.radians(60))           # sine of the angle of a face at the end of a profile
@@ -255,7 +256,7 @@ def _wheel_origin(raw: Raw, points: np.ndarray, where: str, wheel_back: float | 
         # Left and right sides have the back at opposite signs of y.
         back = -back if back > points[tip, 0] else back
         words = f"back of the wheel at y = {sign*back:.6g} mm of the file ({raw.format})"
-        if abs(abs(back) - TAPE_CIRCLE) < 1e-6:
+        if abs(abs(back) - MM*TAPE_CIRCLE) < 1e-6:
             words = f"tape circle at y = 0, 70 mm from the back ({raw.format})"
         if face is not None and abs(face - back) > NEAR:
             raise Error(file=where, expected=f"the {words}", found=f"a face of the back at {sign*face:.4g} mm",
@@ -278,7 +279,7 @@ def _told_origin(points: np.ndarray, tip: int, end: float, face: float | None, s
     """The back as the shape tells it, by its face or by where y = 0 lies; no words where it does not tell it."""
     back, tape = "back of the wheel at y = 0", "tape circle at y = 0, 70 mm from the back"
     if face is not None:
-        near = min((0.0, -TAPE_CIRCLE), key=lambda y: abs(y - face))
+        near = min((0.0, -MM*TAPE_CIRCLE), key=lambda y: abs(y - face))
         if abs(face - near) <= FACE_NOISE:
             return near, tape if near else back
         return face, f"back of the wheel at y = {round(sign*face, 3):g} mm of the file"
@@ -287,8 +288,8 @@ def _told_origin(points: np.ndarray, tip: int, end: float, face: float | None, s
     _, angle = _directions(points[tip:], CHORD)
     tread = np.flatnonzero((np.abs(angle) < np.radians(20)) & (points[tip:, 0] > points[tip, 0] + 15))
     first, last = points[tip + tread[[0, -1]], 0] if len(tread) else (1, 0)
-    if first <= 0 <= last and TIP[0] <= points[tip, 0] + TAPE_CIRCLE <= TIP[1]:
-        return -TAPE_CIRCLE, tape
+    if first <= 0 <= last and TIP[0] <= points[tip, 0] + MM*TAPE_CIRCLE <= TIP[1]:
+        return -MM*TAPE_CIRCLE, tape
     return 0.0, ""
 
 
@@ -316,7 +317,7 @@ def _running_surface(points: np.ndarray) -> tuple[float, int, int]:
     """Height of the flange at the tape circle [mm], and first and last point of a wheel that can be running surface: neither the
     back above the level of the tread nor the rim face."""
     tip = int(points[:, 1].argmin())
-    tape = min(len(points) - 1, tip + int((points[tip:, 0] < TAPE_CIRCLE).argmin() or len(points)))
+    tape = min(len(points) - 1, tip + int((points[tip:, 0] < MM*TAPE_CIRCLE).argmin() or len(points)))
     above = np.flatnonzero(points[:tip + 1, 1] > points[tape, 1])
     _, angle = _directions(points, CHORD/2)
     # Points that go back have another direction than a face.

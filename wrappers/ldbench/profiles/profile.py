@@ -16,13 +16,13 @@ from .._core import flat
 from .._core.calls import path_bytes
 from .._core.errors import Error
 from .._core.files import DEFAULT_FOLDER, complete
+from ..constants import DEG, MM
 from .formats import of_array, read_file
 from .measures import Stations, survey, waviness
 from .placing import place
 from .repair import check as check_curve, mend, turns_of
 from .smoothing import FAR, Smoothed, chord_lengths, smooth
 
-MM, DEG = 1e3, 180/np.pi    # in SI units
 KINDS = "wheel", "rail"     # 1 and 2 in the core
 NEGLIGIBLE = 1e-4           # noise that needs no smoothing [mm]: it changes the mean curvature over a patch by less than a tread's
 SURE = 1.3                  # noise by cross-validation over that by neighbours, at most

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core.errors import Error
+from ..number_text import number_text
 
 LARGEST_TURN = np.radians(120)  # at a point: a larger one means that two points are exchanged
 LARGEST_MOVE = 0.3              # a point that doubles back farther is no measuring error [mm]
@@ -130,7 +131,7 @@ def on_curve(points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _length(x: float) -> str:
-    return f"{max(round(x, 3), 0.001):g} mm"
+    return f"{number_text(max(x, 0.001), 3, trim=True)} mm"
 
 
 def _distance(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:

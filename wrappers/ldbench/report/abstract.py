@@ -13,12 +13,13 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import complete
 from .._core.optional import needed
-from .._core.wording import clearance_words
+from ..constants import CONTACT_NAMES
+from ..number_text import clearance_words, percent_text, scientific
 from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.style import ldbench_style
 from ..results.columns import read_toml
-from ..results.quantities import CONTACT_NAMES, OUTCOME, scientific
+from ..results.quantities import OUTCOME
 from ..results.run_data import RETURNED, RunData
 from ..results.summary import CHAOTIC_NOTE, shown, summary_row
 from ..results.twins import Chaotic
@@ -89,7 +90,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({str(run.setting("contact", "model")) for run in runs}),
         "places": [PLACES.get(place, place) for place in first.header.table_errors],
-        "errors": [[own[0].pair, *(f"{percent(rms)} ({percent(largest)})" for rms, largest in
+        "errors": [[own[0].pair, *(f"{percent_text(rms, 3)} ({percent_text(largest, 3)})" for rms, largest in
                                    own[0].header.table_errors.values())]
                    for own in by_pair(runs).values() if own[0].header.table_errors],
         "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
@@ -147,11 +148,6 @@ def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:
     left, right = (runs[0].result(f"clearance_{side}") for side in ("left", "right"))
     return {"name": runs[0].pair, "clearance": clearance_words(left, right),
             "points": runs[0].header.table_points.replace(" x ", " × ")}
-
-
-def percent(share: float) -> str:
-    """Write a share in percent with two digits."""
-    return f"{100*share:#.2g}".rstrip(".") + " %"
 
 
 def exponents(rows: Mapping[RunData, Mapping[str, Any]]) -> list[dict[str, str]]:

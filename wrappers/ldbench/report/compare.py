@@ -11,12 +11,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from .._core.files import check_ending, check_written, write_frame
+from ..constants import DEG, KN
+from ..number_text import number_text
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
 from ..plots.stretches import rows_between, thin
 from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged
-from ..results.quantities import DEG, GROUPS, KN, Quantity, significant
+from ..results.quantities import GROUPS
 from ..results.run_data import RunData
 from ..viewer.page import law
 from .differences import Comparison, Pairing, compare, difference_table, event_table, impact_table, paired_impacts
@@ -27,7 +29,7 @@ OVERLAY_PAGES = 2
 ENOUGH_ROWS = 6         # of an impact, for its peak and times
 IMPACT_COLUMNS = ("start", 1e3), ("duration", 1e3), ("peak", KN), ("impulse", KN), ("angle", DEG)
 TIMES = "start", "duration"     # in microseconds, as events
-PLAIN = Quantity("", "", 1, digits=3)
+TIME_DECIMALS = 3       # of a time in ms
 MARGIN = 0.35           # time before and after an impact, of the longest one
 
 
@@ -109,9 +111,10 @@ def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
                  [2.4, 1.7, 4.2, 1.2, 1.1, 0.8, 1.5, 3], (0, 1, 2))
     events = []
     for _, row in event_table(found.runs).iterrows():
-        scale, told, unit = (1e3, PLAIN.text, "ms") if row["unit"] == "s" else (KN, significant, "kN")
+        scale, decimals, unit = (1e3, TIME_DECIMALS, "ms") if row["unit"] == "s" else (KN, None, "kN")
         events.append([row["file"], f"{row['words']} [{unit}]",
-                       *(told(x if x is None else scale*x) for x in (row["reference"], row["value"], row["difference"]))])
+                       *(number_text(None if row[name] is None else scale*row[name], decimals)
+                         for name in ("reference", "value", "difference"))])
     header, widths = ["events and peaks", "", "reference", "file", "difference"], [1.5, 3, 1, 1, 1]
     above = len(files) + 3
     together = above + len(events) < LINES
@@ -140,8 +143,9 @@ def impact_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
         for one in pairings:
             a, b = one.impacts[0], one.impacts[k]
             if a or b:
-                rows.append([one.words, *((PLAIN.text if name in TIMES else significant)(scale*getattr(x, name) if x else None)
-                                          for name, scale in IMPACT_COLUMNS for x in (a, b))])
+                rows.append([one.words, *(
+                    number_text(scale*getattr(x, name) if x else None, TIME_DECIMALS if name in TIMES else None)
+                    for name, scale in IMPACT_COLUMNS for x in (a, b))])
         units = "start [ms]", "duration [ms]", "peak [kN]", "impulse [kN·s]", "angle [°]"
         header = ["impact", *(word for unit in units for word in (unit, ""))]
         names = ["", *["reference", "file"]*len(units)]
@@ -186,8 +190,8 @@ def difference_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
             rows.append([group, "", "", "", ""])
             for column in columns:
                 row, known = table.loc[(run.name, column)], found.shown(column)
-                rows.append(["   " + known.label, significant(known.scale*row["rms"]), significant(known.scale*row["largest"]),
-                             PLAIN.text(1e3*row["at [s]"]), PLAIN.text(100*row["share compared"], 1)])
+                rows.append(["   " + known.label, number_text(known.scale*row["rms"]), number_text(known.scale*row["largest"]),
+                             number_text(1e3*row["at [s]"], TIME_DECIMALS), number_text(100*row["share compared"], 1)])
         yield from paged(f"differences of {run.name}", f"reference: {found.runs[0].name}",
                          ["quantity", "root mean square", "largest", "at [ms]", "compared [% of rows]"], rows,
                          [2, 1.2, 1.2, 1.2, 1], (0,), footnote(found))

@@ -11,11 +11,12 @@ import pandas as pd
 
 from .._core.errors import Error
 from ..case import Case
+from ..constants import CONTACT_NAMES, CONTACTS
 from ..results.answers import all_events, answers, first_flange
 from ..results.columns import time_mean
 from ..results.contact_intervals import ContactInterval
 from ..results.derived import is_forced
-from ..results.quantities import CONTACT_NAMES, CONTACTS, OUTCOME, SI, Quantity, quantity
+from ..results.quantities import OUTCOME, SI, Quantity, quantity
 from ..results.run_data import RunData
 from ..table import placed_outlines
 from ..viewer.page import distinct
@@ -57,7 +58,7 @@ class Comparison:
 def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     """Bring runs onto common instants.  align: 'time', or 'first-flange' for the first flange contact of each."""
     if len(runs) < 2:
-        raise Error(expected="at least two column files")
+        raise Error(place="compare", expected="at least two column files", found=len(runs))
     runs = distinct(runs)
     firsts = [0.0 if align == "time" else first_flange(answers(run)) for run in runs]
     if None in firsts:

@@ -21,6 +21,8 @@ from .._core.files import make_results_folder, write_frame
 from .._core.kept import kept_in, kept_json
 from .._core.pools import in_threads
 from ..case import Case
+from ..constants import KN, MM, SIDES
+from ..number_text import number_text, two_digits
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
 from ..plots.series import draw_curves
@@ -29,7 +31,7 @@ from ..plots.tables import draw_table
 from ..results.answers import answers
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
-from ..results.quantities import KN, MM, OUTCOME, SIDES, si_unit, significant
+from ..results.quantities import OUTCOME, si_unit
 from ..results.run_data import RunData
 from ..runs import compute
 from ..table import ContactTable
@@ -204,7 +206,7 @@ def verdict(values: Mapping[str, float], key: str) -> tuple[str, str]:
         return f"{min(known):.0f} to {max(known):.0f}", DECIDES
     if not np.isfinite(share):
         return f"{len(known)} of {len(values)}", DECIDES
-    return (f"{significant(100*share)} %" + ("" if len(known) == len(values) else " *"),
+    return (f"{number_text(100*share)} %" + ("" if len(known) == len(values) else " *"),
             AGREE if share < 0.03 else DIFFER if share < 0.3 else DECIDES)
 
 
@@ -334,7 +336,7 @@ def words(found: Sequence[Outcome]) -> dict[str, Any]:
     pulls = [f"{KN*o.results['F_pulls']:.0f} kN ({o.case})" for o in found if np.isfinite(o.results["F_pulls"])]
     rolled = [o.case for o in found if o.formulation == "bilateral" and o.ending.endswith("rolls over the flange")]
     return {"names": list(FORMULATIONS), "rows": rows, "pulls": pulls, "rolled": rolled,
-            **{key: f"{100*np.nanmax(x):.2g}" if np.isfinite(x).any() else "" for key, x in shares.items()}}
+            **{key: two_digits(100*np.nanmax(x)) if np.isfinite(x).any() else "" for key, x in shares.items()}}
 
 
 def ending_in_short(o: Outcome) -> str:

@@ -13,13 +13,15 @@ from tqdm import tqdm
 from .._core.files import make_results_folder, write_frame
 from .._core.kept import inside
 from ..case import Case
+from ..constants import KN, MM
+from ..number_text import number_text
 from ..plots.document import Chapter, save_document
 from ..plots.frame import legend_of_page, new_page
 from ..plots.style import SERIES, powers_of_ten
 from ..plots.tables import draw_table
 from ..results.answers import answers
 from ..results.columns import time_mean
-from ..results.quantities import KN, MM, quantity, significant
+from ..results.quantities import quantity
 from ..results.run_data import read_data
 from .compare import quantity_page
 from .differences import Comparison, compare, event_times
@@ -96,7 +98,7 @@ def study_summary(rows: pd.DataFrame) -> Figure:
              ["", *(f"{variant} [{unit}]" for *_, unit in TABLE for variant in ("law", "step"))]]
     for case, both in rows.groupby("case", sort=False):
         law, step = (both[both["variant"] == v].iloc[0] for v in ("law", "step"))
-        table.append([str(case), *(significant(scale*row[name]) for _, name, scale, _ in TABLE for row in (law, step))])
+        table.append([str(case), *(number_text(scale*row[name]) for _, name, scale, _ in TABLE for row in (law, step))])
     draw_table(figure.add_subplot(body[0]), table, [0, *np.linspace(0.08, 1, 2*len(TABLE) + 1)],
                look=lambda i, j: {"weight": "bold" if i < 2 else "normal"})
     axes = body[1].subgridspec(2, 2).subplots(sharex=True)

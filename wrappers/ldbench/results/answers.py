@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from ..case import Case
+from ..constants import CONTACT_NAMES, CONTACTS, SIDES
 from ..table import placed_outlines
 from .contact_intervals import ContactInterval
-from .derived import PARTS, cumulative
+from .derived import KINETIC_PARTS, cumulative
 from .events import Event, count_name, event_kinds
 from .header import ABSENT, ALWAYS, SETUP
-from .quantities import CONTACT_NAMES, CONTACTS, SIDES
 from .run_data import RunData
 
 FLANGES = {"LF": 1, "RF": -1}       # the sign of Y on the side of each
@@ -194,8 +194,8 @@ def passage_answers(run: RunData, found: Mapping[str, Any]) -> dict[str, Any]:
 def energy_answers(run: RunData) -> dict[str, Any]:
     """Kinetic energy at the start, largest drift of the energy, energy lost in impacts."""
     found: dict[str, Any] = {}
-    if all(part in run for part in PARTS):
-        found["kinetic_energy"] = float(sum(run.values(part)[0] for part in PARTS))
+    if all(part in run for part in KINETIC_PARTS):
+        found["kinetic_energy"] = float(sum(run.values(part)[0] for part in KINETIC_PARTS))
         found["drift_reference"] = found["kinetic_energy"] or (
             float(np.abs(run.values("W_ext")).max()) or None if "W_ext" in run else None)
     if "E_lost" in run:

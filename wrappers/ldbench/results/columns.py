@@ -16,7 +16,7 @@ import numpy as np
 
 from .._core.errors import Error
 from .._core.files import read_bytes, read_text
-from .quantities import GRAVITY
+from ..constants import GRAVITY
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -304,7 +304,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise Error(file=path, expected="UTF-8", found=f"byte {error.object[error.start]} at {error.start}") from None
     except RecursionError:
-        raise Error(file=path, expected="TOML", found="brackets within brackets beyond all use") from None
+        raise Error(file=path, expected="TOML", found="brackets nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
         raise Error(str(error), file=path) from None
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .quantities import SIDES
+from ..constants import SIDES
 from .run_data import RunData
 
-PARTS = {"KE_lat": "lateral", "KE_vert": "vertical", "KE_roll": "roll"}
+KINETIC_PARTS = {"KE_lat": "lateral", "KE_vert": "vertical", "KE_roll": "roll"}
 
 
 class Exchange(NamedTuple):
@@ -66,7 +66,7 @@ def spectrum(run: RunData, column: str) -> tuple[np.ndarray, np.ndarray]:
 def exchange(run: RunData, start: float, end: float) -> Exchange | None:
     """Kinetic energies before and after an impact from `start` to `end` [s], which are equal for a rigid contact; None without the
     columns of energies."""
-    if not {*PARTS, "PE_elastic_L", "PE_elastic_R"}.issubset(run.data):
+    if not {*KINETIC_PARTS, "PE_elastic_L", "PE_elastic_R"}.issubset(run.data):
         return None
     first = max(int(np.searchsorted(run.time, start, "right")) - 1, 0)
     last = min(int(np.searchsorted(run.time, end)), len(run.time) - 1)
@@ -74,7 +74,7 @@ def exchange(run: RunData, start: float, end: float) -> Exchange | None:
     if start == end and (same := np.flatnonzero(np.isclose(run.time, start, rtol=1e-8, atol=0))).size:
         first, last = int(same[0]), int(same[-1])
     elastic = (run.values("PE_elastic_L") + run.values("PE_elastic_R"))[first:last + 1]
-    before, after = ({name: float(run.values(name)[k]) for name in PARTS} for k in (first, last))
+    before, after = ({name: float(run.values(name)[k]) for name in KINETIC_PARTS} for k in (first, last))
     return Exchange(before, after, float(elastic.max()))
 
 

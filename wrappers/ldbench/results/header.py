@@ -17,8 +17,8 @@ import numpy as np
 
 from .._core.errors import Error, UnknownName, unreadable
 from ..case import Value, find_variable, variables
+from ..constants import CONTACTS
 from .events import Event, count_name, event_kinds
-from .quantities import CONTACTS
 
 TAIL = 2**17        # where the results at the end of a file are looked for [bytes]: those with the most events take half of it
 MARK = b"\xef\xbb\xbf"      # of the order of bytes, with which spreadsheets begin a file

@@ -8,29 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-MM, KN, DEG = 1e3, 1e-3, 180/np.pi      # from SI
-GRAVITY = 9.81                          # as the call has it [m/s2]
+from ..constants import CONTACT_NAMES, CONTACTS, DEG, KN, MM
+from ..number_text import UNKNOWN, decimals_of, number_text, scientific
 
-CONTACT_NAMES = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
-CONTACTS = tuple(CONTACT_NAMES)
-SIDES = {"left": ("LT", "LF"), "right": ("RT", "RF")}
 PAIRS = {"aw": "actual profiles", "sw": "simplified profiles"}
 # The files of wheel and rail that make a pair of the benchmark.
 PAIR_FILES = {(f"{pair[0]}wprof.yz", f"{pair[0]}rprof.yz"): words for pair, words in PAIRS.items()}
-
-
-def significant(x: float | None) -> str:
-    """A number as tables have it: four significant digits, all those before the point; a dash for none."""
-    return scientific(x, 3) if x and abs(x) < 1e-4 else Quantity("", "", 1).text(x)
-
-
-def scientific(x: float, digits: int = 1) -> str:
-    """'1.3e-12' in print: 1.3·10⁻¹²."""
-    if not x:
-        return "0"
-    mantissa, exponent = f"{x:.{digits}e}".split("e")
-    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return ("" if float(mantissa) == 1 else f"{mantissa.removesuffix('.0')}·".replace("-", "−")) + f"10{power}"
 
 
 class Quantity(NamedTuple):
@@ -47,15 +30,15 @@ class Quantity(NamedTuple):
         """A number as it is shown, without its unit; a dash for what did not happen. Of a number that is known within a range of
         the width `spread`, SI, the digits down to the first one of a quarter of that width are shown, one at least."""
         if x is None or not np.isfinite(x):
-            return "–"
+            return UNKNOWN
         shown, places = self.scale*x, self.digits if digits is None else digits
         if places is not None and places < 0:
             return scientific(shown)
-        if places is None:
-            places = max(3 - int(np.floor(np.log10(abs(shown)))), 0) if shown else 0
         if 0 < spread < np.inf and shown:
-            places = min(places, int(max(np.ceil(-np.log10(self.scale*spread/4)), -np.floor(np.log10(abs(shown))))))
-        return f"{round(shown, places) if places < 0 else shown:.{max(places, 0)}f}".replace("-", "−")
+            places = min(decimals_of(shown, 4) if places is None else places,
+                         int(max(np.ceil(-np.log10(self.scale*spread/4)), -np.floor(np.log10(abs(shown))))))
+            return number_text(round(shown, places), max(places, 0))
+        return number_text(shown, places)
 
     @property
     def label(self) -> str:
@@ -104,7 +87,7 @@ PER_CONTACT = {
     "N": Quantity("normal force", "kN", 1e-3, "normal forces"),
     "Fz": Quantity("vertical force", "kN", 1e-3, "vertical forces"),
     "Fy": Quantity("lateral force", "kN", 1e-3, "lateral forces"),
-    "angle": Quantity("contact angle", "°", 180/np.pi, "contact angles"),
+    "angle": Quantity("contact angle", "°", DEG, "contact angles"),
     "y": Quantity("lateral position", "mm", 1e3, "contact positions"),
     "z": Quantity("vertical position", "mm", 1e3, "contact positions"),
     "radius": Quantity("rolling radius", "mm", 1e3, "rolling radii"),
@@ -174,8 +157,8 @@ OUTCOME = {
     "drift_reference": Quantity("initial kinetic energy, or largest work of the lateral force", "J", 1),
     "event_time": Quantity("time of an event", "s", 1),
     "event_force": Quantity("lateral force at an event", "kN", KN),
-    "clearance_left": Quantity("rigid-axle flange clearance to the left", "mm", MM),
-    "clearance_right": Quantity("rigid-axle flange clearance to the right", "mm", MM),
+    "clearance_left": Quantity("rigid-axle flange clearance to the left", "mm", MM, digits=3),
+    "clearance_right": Quantity("rigid-axle flange clearance to the right", "mm", MM, digits=3),
     "axle_height": Quantity("height of the axle at rest", "mm", MM),
     "axle_roll": Quantity("roll of the axle at rest", "mrad", 1e3),
     "rest_Y": Quantity("Y where nothing holds the wheelset", "mm", MM),

@@ -15,11 +15,12 @@ from .._core.errors import Error, unknown
 from .._core.optional import needed
 from .._core.pools import processes
 from ..case import Case, Value
+from ..constants import CONTACTS
 from .columns import read_columns
 from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
 from .events import Event, count_name, event_kinds
 from .header import Header, read_header
-from .quantities import CONTACTS, PAIR_FILES, PAIRS
+from .quantities import PAIR_FILES, PAIRS
 
 # The core's words for why a run ended: after both flanges, or at its time; after the latter stands what was not reached.
 RETURNED = "return to the centre after both flanges"

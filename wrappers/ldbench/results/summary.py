@@ -4,8 +4,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from ..constants import CONTACTS
 from .answers import answers
-from .quantities import CONTACTS, OUTCOME, Quantity
+from .quantities import OUTCOME, Quantity
 from .run_data import RunData
 from .twins import SAME, TWINS, Chaotic, Spread
 

@@ -14,6 +14,7 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import complete
 from .._core.wording import counted, html_table
+from ..number_text import two_digits
 from ..results.quantities import OUTCOME, Quantity, si_unit
 from ..results.twins import is_chaotic, spreads
 from .variations import PROGRAM
@@ -69,8 +70,8 @@ class Answer:
             return f"{cause}: makes it {'go' if np.isfinite(self.value) else 'come'}"
         sign = "up to " if cause == "others" else "+" if change > 0 else "−"
         known = self.quantity
-        size = f"{shown(100*abs(change/self.value))} %" if self.value else f"{shown(known.scale*abs(change))} {known.unit}"
-        return f"{cause}: {sign}{size}"
+        size, unit = (100*abs(change/self.value), "%") if self.value else (known.scale*abs(change), known.unit)
+        return f"{cause}: {sign}{two_digits(size)} {unit}"
 
     def span_text(self, low: float, high: float) -> str:
         """A range, and what it is of the value in %."""
@@ -78,14 +79,14 @@ class Answer:
         if not (self.value and np.isfinite([self.value, low, high]).all()):
             return text
         below, above = (100*(x - self.value)/abs(self.value) for x in (low, high))
-        return f"{text} (−{shown(abs(below))} to +{shown(abs(above))} %)"
+        return f"{text} (−{two_digits(abs(below))} to +{two_digits(abs(above))} %)"
 
     def lines(self) -> Iterator[str]:
         """What there is to say, line by line."""
         known = self.quantity
         note = ", chaotic: one sample" if self.chaotic else ""
         yield f"{known.words}: {known.text(self.value)} {known.unit}".rstrip() + note
-        yield f"    program leaves open: median {known.text(self.median)}, {self.span_text(self.low, self.high)}"
+        yield f"    the program leaves open: median {known.text(self.median)}, {self.span_text(self.low, self.high)}"
         for spread in spreads({self.name: self.value}, [{self.name: x} for x in self.twins]).values():
             least, largest = known.text(spread.least), known.text(spread.largest)
             yield (f"    run and twins: median {known.text(spread.median)}, {least} to {largest}; "
@@ -146,7 +147,7 @@ class Trust:
         found = [f"{self.case}: {self.title}" if self.title else self.case,
                  f"{counted(len(kinds) + 1, 'run')}: the case, {counted(kinds.count('twin'), 'twin')} and "
                  f"{counted(len(kinds) - kinds.count('twin'), 'other variation')}, one cause at a time",
-                 "program leaves open: case, twins, table accuracy, influence",
+                 "the program leaves open: case, twins, table accuracy, influence",
                  "with inputs: all variations; inputs are changed to one side, and count to either side of an answer",
                  "that is not chaotic, as if changes were in proportion"]
         for one in self.shown(everything):
@@ -178,7 +179,8 @@ class Trust:
             return cls(facts["case"], facts["title"], tuple((one["kind"], one["cause"]) for one in facts["variations"]), values,
                        dict(facts["failed"]), tuple(facts["without_effect"]), tuple(facts["notes"]))
         except (KeyError, TypeError, AttributeError, ValueError):
-            raise Error(expected="the JSON that `trust` writes", found="something else") from None
+            raise Error(place="trust", expected="the JSON that `python -m ldbench trust --json` writes",
+                        found="something else") from None
 
     def json(self, path: str | Path = "") -> str:
         """All numbers as JSON, SI units, also written to `path` if given; null for what does not happen."""
@@ -216,7 +218,7 @@ class Trust:
             rows.append((one.quantity.label, one.quantity.text(one.value) + (", chaotic" if one.chaotic else ""),
                          one.span_text(one.low, one.high), one.span_text(one.low_inputs, one.high_inputs), "; ".join(main)))
         return html_table(f"{self.case}: {self.title}" if self.title else self.case, rows,
-                          ("answer", "value", "program leaves open", "with inputs", "largest causes"))
+                          ("answer", "value", "the program leaves open", "with inputs", "largest causes"))
 
     def __repr__(self) -> str:
         return f"Trust({self.case!r}, {counted(len(self.variations) + 1, 'run')}, {counted(len(self.answers), 'answer')})"
@@ -225,11 +227,6 @@ class Trust:
 def finite(values: list[float]) -> list[float]:
     """The values that are there."""
     return [float(x) for x in values if np.isfinite(x)]
-
-
-def shown(x: float) -> str:
-    """A size in two significant digits, without an exponent where it is not tiny."""
-    return f"{x:.1e}" if 0 < x < 1e-4 else f"{float(f'{x:.2g}'):.15g}"
 
 
 def plain(x: Any) -> Any:

@@ -23,20 +23,21 @@ import numpy as np
 from .._core.errors import BadType, Error
 from .._core.files import complete
 from ..case import Case
+from ..constants import CONTACT_NAMES, CONTACTS, KN, SIDES
 from ..geometry.outlines import Outlines, Side, run_outlines
 from ..geometry.pressures import known_patches
 from ..pressure import Patch
 from ..results.answers import answers, first_flange
 from ..results.derived import lateral_over_vertical
 from ..results.events import event_kinds
-from ..results.quantities import CONTACT_NAMES, CONTACTS, GROUPS, KN, SIDES, quantity
+from ..results.quantities import GROUPS, quantity
 from ..results.run_data import RunData, read_data
 from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
-    "decode reading series derived parts labels views scene pressure axes chart export hover picker panel values events runs "
-    "player address keys page").split()]
+    "decode number_text reading series derived parts labels views scene pressure axes chart export hover picker panel values "
+    "events runs player address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
 LEVELS = 99                 # of a pressure and of half a width, from 0 to the largest
@@ -143,7 +144,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
         "derived": derived,
         "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answers(run)), "index": index,
-        "shape": shapes.index(shape) if shape else None, "clearance": number(run.result("clearance_left")),
+        "shape": shapes.index(shape) if shape else None, "clearance": outlines.clearance if outlines else None,
         "namelist": namelist_text(run),
     }
     return entry, body

@@ -11,11 +11,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrow, Polygon
 
 from ..case import Case
+from ..constants import CONTACT_NAMES, CONTACTS, DEG, KN, MM, SIDES
 from ..geometry.outlines import Outlines, run_outlines, turned
+from ..number_text import force_text, number_text
 from ..plots.stretches import rows_between
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
 from ..results.contact_intervals import is_closed
-from ..results.quantities import CONTACT_NAMES, CONTACTS, DEG, KN, MM, SIDES
 from ..results.run_data import RunData
 from .page import checked
 
@@ -45,8 +46,8 @@ class Actor:
 
     def pose_words(self, t: float) -> str:
         """Displacements at time t [s]; where the run has ended before, when."""
-        found = f"Y {MM*self.at('Y', t):.2f} mm,  Z {MM*self.at('Z', t):.2f} mm,  Φ {1e3*self.at('roll', t):.2f} mrad"
-        found = found.replace("-", "−")
+        y, z, roll = (number_text(scale*self.at(column, t), 2) for column, scale in (("Y", MM), ("Z", MM), ("roll", 1e3)))
+        found = f"Y {y} mm,  Z {z} mm,  Φ {roll} mrad"
         return f"{found}  (ended at {1e3*self.time[-1]:.1f} ms)" if t > self.time[-1] else found
 
     def force_words(self, side: str, t: float) -> str:
@@ -55,10 +56,9 @@ class Actor:
         for contact in SIDES[side]:
             force, angle = self.at(f"N_{contact}", t), self.at(f"angle_{contact}", t)
             if np.isfinite(force) and is_closed(force):
-                digits = 0 if abs(force) >= 1e5 else 1
-                at = f" at {DEG*angle:.1f}°" if f"angle_{contact}" in self.columns and np.isfinite(angle) else ""
-                found.append(f"{CONTACT_NAMES[contact].split()[1]} {KN*force:.{digits}f} kN{at}")
-        return ",  ".join(found).replace("-", "−") or "no contact"
+                at = f" at {number_text(DEG*angle, 1)}°" if f"angle_{contact}" in self.columns and np.isfinite(angle) else ""
+                found.append(f"{CONTACT_NAMES[contact].split()[1]} {force_text(force)}{at}")
+        return ",  ".join(found) or "no contact"
 
 
 class Scene:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from ldbench import Error
 from ldbench.commands.options import add_json, add_map, add_simulation, print_json
+from ldbench.number_text import number_text
 from ldbench.tools import complete
 
 from ..check import Checked, check_file, check_folder, unlike
@@ -72,8 +73,8 @@ def print_findings(findings: Sequence[Finding], everything: bool) -> None:
     for finding in findings:
         if finding.verdict == PASSED and not everything:
             continue
-        number = "" if finding.number != finding.number else f" {finding.number:.3g}"
-        limit = "" if finding.limit != finding.limit else f" (limit {finding.limit:.3g})"
+        number = "" if finding.number != finding.number else f" {number_text(finding.number, digits=3, trim=True)}"
+        limit = "" if finding.limit != finding.limit else f" (limit {number_text(finding.limit, digits=3, trim=True)})"
         row = "" if finding.row is None else f", row {finding.row}"
         hint = f": {finding.hint}" if finding.hint else ""
         print(f"  {finding.verdict}: {finding.what}{number}{limit if number else ''}{row}{hint}")

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from ldbench import Case, Error
 from ldbench.commands.options import add_json, add_map, add_reference, add_simulation, print_json
+from ldbench.number_text import UNKNOWN, number_text, two_digits
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData
 
@@ -130,9 +131,6 @@ def lines(scores: Scores, everything: bool) -> Iterator[str]:
 
 def row(words: str, one: Score, share: float) -> str:
     """A line of the table."""
-    def number(x: float) -> str:
-        return "-" if x != x else f"{x:.2g}"
-
     by_hertz = one.difference/one.hertz if one.hertz > 0 else float("nan")
-    return (f"  {words:44} {number(one.difference):>10} {'-' if one.grade is None else f'{one.grade:g}':>6} {100*share:5.3g} % "
-            f"{number(by_hertz):>9} {number(one.of_spread):>9}")
+    return (f"  {words:44} {two_digits(one.difference):>10} {UNKNOWN if one.grade is None else f'{one.grade:g}':>6} "
+            f"{number_text(100*share, digits=3, trim=True):>5} % {two_digits(by_hertz):>9} {two_digits(one.of_spread):>9}")

@@ -24,22 +24,17 @@ function emptied(id) {
   return [element("tr", undefined, element("thead", undefined, byId(id))), element("tbody", undefined, byId(id))];
 }
 
-const dashed = words => words.replace("-", "−");
-
 // A number as Quantity.text shows it.
 function text(name, x) {
-  const known = facts.numbers[name];
-  if (x === null || x === undefined) return "–";
-  const words = known.digits < 0 ? (known.scale * x).toExponential(1) : (known.scale * x).toFixed(known.digits);
-  return dashed(words.length > 10 ? (known.scale * x).toExponential(2) : words);
+  const {digits, scale} = facts.numbers[name], shown = x === null || x === undefined ? NaN : scale * x;
+  return digits < 0 && !Number.isNaN(shown) ? scientific(shown) : numberText(shown, {decimals: digits});
 }
 
 const unit = name => facts.numbers[name].unit ? ` [${facts.numbers[name].unit}]` : "";
 
+// A relative difference as signed_percent of collation_matrix.py shows it.
 function percent(x) {
-  if (Math.abs(x) >= 10) return `× ${dashed((1 + x).toPrecision(3))}`;
-  const words = (100 * x).toFixed(Math.abs(x) >= 0.0995 ? 0 : Math.abs(x) >= 0.00995 ? 1 : 2);
-  return Number(words) === 0 ? "0 %" : dashed(`${x > 0 ? "+" : ""}${words} %`);
+  return Math.abs(x) >= 10 ? `× ${numberText(1 + x, {digits: 3})}` : percentText(x, {sign: true});
 }
 
 function median(values) {
@@ -50,8 +45,8 @@ function median(values) {
 function fromMedian(name, x, task) {
   const middle = medians[task][name];
   if (x === null || x === undefined || middle === null || name === "energy_error") return "";
-  if (name === "rebound") return dashed(`${x >= middle ? "+" : ""}${(x - middle).toFixed(4)}`);
-  if (name === "processor_time") return middle ? `× ${(x / middle).toPrecision(3)}` : "";
+  if (name === "rebound") return numberText(x - middle, {decimals: 4, sign: true});
+  if (name === "processor_time") return middle ? `× ${numberText(x / middle)}` : "";
   return middle ? percent((x - middle) / Math.abs(middle)) : "";
 }
 
@@ -279,7 +274,7 @@ class Chart {
     });
     this.at = best;
     this.told.textContent = best
-      ? `${facts.codes[best.code].name}: ${dashed((best.v * this.known.scale).toPrecision(5))} ${this.known.unit} at ${dashed((t * this.scale).toPrecision(5))} ${this.unit}`
+      ? `${facts.codes[best.code].name}: ${numberText(best.v * this.known.scale, {digits: 5})} ${this.known.unit} at ${numberText(t * this.scale, {digits: 5})} ${this.unit}`
       : this.rest();
     this.draw();
   }
@@ -308,7 +303,7 @@ function ticks(low, high, count) {
   const rough = (high - low) / Math.max(2, count), power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find(k => k * power >= rough);
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push({value: k * step, words: dashed((k * step).toFixed(digits))});
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push({value: k * step, words: numberText(k * step, {decimals: digits})});
   return found;
 }
 

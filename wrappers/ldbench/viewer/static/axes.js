@@ -52,7 +52,7 @@ function logTicks(low, high) {
 function tickWords(v, digits, step) {
   const most = Math.abs(v), figures = Math.min(Math.max(Math.ceil(Math.log10(most / step) - 1e-9) + 1, 1), 12);
   if (most < 0.01 * step) return "0";
-  return minus(digits <= 5 && most < 1e6 ? v.toFixed(digits) : `${+v.toPrecision(figures)}`);
+  return digits <= 5 && most < 1e6 ? numberText(v, {decimals: digits}) : shortNumber(v, figures);
 }
 
 function line(g, ...ends) { strokes(g, ends.map(v => Math.round(v) + 0.5)); }
@@ -75,7 +75,7 @@ function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit) {
   const [values, digits, step] = scale.log ? [logTicks(scale.low, scale.high)]
     : ticks(factor * scale.low, factor * scale.high, Math.max((bottom - top) / 34, 3));
   for (const v of values) {
-    const y = scale.y(v / factor), text = scale.log ? minus(`${+v.toPrecision(2)}`) : tickWords(v, digits, step);
+    const y = scale.y(v / factor), text = scale.log ? shortNumber(v, 2) : tickWords(v, digits, step);
     line(g, left, y, right, y);
     g.fillText(text, left - 6, Math.min(Math.max(y, top + 2), bottom - 2));
   }
@@ -85,7 +85,7 @@ function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit) {
   for (const t of times.reverse()) {
     line(g, x(t), top, x(t), bottom);
     // Times keep their decimals down to nanoseconds.
-    const number = timeDigits > 5 && timeDigits <= 10 ? minus(t.toFixed(timeDigits)) : tickWords(t, timeDigits, timeStep);
+    const number = timeDigits > 5 && timeDigits <= 10 ? numberText(t, {decimals: timeDigits}) : tickWords(t, timeDigits, timeStep);
     const text = taken === end && horizontalUnit ? `${number} ${horizontalUnit}` : number;
     const half = g.measureText(text).width / 2, centre = Math.min(x(t), end - half);
     if (centre + half > taken) continue;

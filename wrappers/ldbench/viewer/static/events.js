@@ -17,8 +17,8 @@ function drawEventList(runs, listed) {
 }
 
 function eventWords({what, force, peak, fromRows}) {
-  if (peak) return `${what}, ${kilonewtons(peak)}`;
-  return (force ? `${what}, lateral force ${kilonewtons(force)}` : what) + (fromRows ? ", by the rows" : "");
+  if (peak) return `${what}, ${forceText(peak)}`;
+  return (force ? `${what}, lateral force ${forceText(force)}` : what) + (fromRows ? ", by the rows" : "");
 }
 
 // How many events of each kind the file does not list.

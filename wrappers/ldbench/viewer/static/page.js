@@ -89,7 +89,7 @@ class Page {
   fillNumbers() {
     const apart = this.mark === null ? 0 : this.t - this.mark;
     get("apart").hidden = this.mark === null;
-    get("apart").textContent = `Δt ${shortWords(1e3 * apart, 6)} ms` + (apart ? `, ${shortWords(1 / Math.abs(apart), 5)} Hz` : "");
+    get("apart").textContent = `Δt ${shortNumber(1e3 * apart, 6)} ms` + (apart ? `, ${shortNumber(1 / Math.abs(apart), 5)} Hz` : "");
     this.values.fill(this.t, this.mark);
     for (const chart of this.charts) chart.fillLegend();
     this.fillPose();

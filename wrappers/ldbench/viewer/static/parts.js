@@ -76,28 +76,14 @@ function swatch({colour, dash, width}) {
   return picture;
 }
 
-function timeWords(t) { return t.toFixed(6); }
-
-// The text of a number with a true minus.
-function minus(text) { return text.replace("e+", "e").replaceAll("-", "−"); }
-
-function shortWords(x, digits = 7) {
-  if (Number.isNaN(x)) return "–";
-  const far = x !== 0 && (Math.abs(x) < 1e-4 || Math.abs(x) >= 1e7);
-  return minus(far ? x.toExponential(Math.min(digits - 1, 4)) : String(+x.toPrecision(digits)));
-}
+// A time [s] with all decimals of a column file.
+function timeWords(t) { return numberText(t, {decimals: 6}); }
 
 // Write a number as a column file does: 1.23456789E-03.
 function asInFile(x, digits = 8) {
   if (Number.isNaN(x)) return "NaN";
   const [figures, exponent] = x.toExponential(digits).split("e");
   return `${figures}E${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
-}
-
-function kilonewtons(N) {
-  const x = N / 1e3;
-  if (x < 0) return `−${kilonewtons(-N)}`;
-  return x >= 1000 ? `${(x / 1e3).toFixed(2)} MN` : x >= 100 ? `${x.toFixed(0)} kN` : `${x.toFixed(1)} kN`;
 }
 
 // Give a file to the reader.

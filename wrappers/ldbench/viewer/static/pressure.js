@@ -17,7 +17,7 @@ function paintPatches(patches, most, colour) {
   [canvas.style.width, canvas.style.height] = [`${width * across}px`, `${height * rows}px`];
   g.font = "11px system-ui, sans-serif";
   g.textAlign = "center";
-  const words = patches.map(patch => `${patch.c} ${(patch.pmax / 1e6).toFixed(0)} MPa, ${(patch.area * 1e6).toFixed(0)} mm²`);
+  const words = patches.map(patch => `${patch.c} ${numberText(patch.pmax / 1e6, {decimals: 0})} MPa, ${numberText(1e6 * patch.area, {decimals: 0})} mm²`);
   canvas.setAttribute("aria-label", `contact patches: ${words.join("; ")}`);
   const largest = Math.max(...patches.flatMap(patch => [2 * patch.x, patch.s])), scale = 60 / largest;
   patches.forEach((patch, k) => {
@@ -46,7 +46,7 @@ function paintPatches(patches, most, colour) {
     g.fillStyle = colour.of("muted");
     const size = roundBelow(largest / 2);
     g.fillRect(middle - scale * size / 2, 113, scale * size, 1.5);
-    g.fillText(`${+(1e3 * size).toPrecision(1)} mm along the profile`, middle, 125);
+    g.fillText(`${shortNumber(1e3 * size, 1)} mm along the profile`, middle, 125);
     g.restore();
   });
 }

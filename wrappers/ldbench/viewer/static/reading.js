@@ -50,7 +50,7 @@ function between(t, x, i, at, joined = () => true) {
 // A reading in words: with all digits asked for; ≈ and the digits that are known, the last of them to one unit; or both limits,
 // rounded outwards.
 function readingWords({low, high}, column, si = false, digits = 7) {
-  const [a, b] = [low, high].map(x => si ? x : column.scale * x), words = (x, n) => si ? asInFile(x, n - 1) : shortWords(x, n);
+  const [a, b] = [low, high].map(x => si ? x : column.scale * x), words = (x, n) => si ? asInFile(x, n - 1) : shortNumber(x, n);
   if (!(a < b)) return words(a, si ? FILE_DIGITS : digits);
   const known = placeOf(Math.max(-a, b)) + 1 - Math.ceil(Math.log10(b - a));
   if (a * b > 0 && known >= 3) return `≈ ${words((a + b) / 2, Math.min(known, digits))}`;
@@ -60,14 +60,14 @@ function readingWords({low, high}, column, si = false, digits = 7) {
 // A reading with three decimals, or as many as are known: a displacement in thousandths of its unit.
 function decimalWords({low, high}, scale) {
   const [a, b] = [scale * low, scale * high], known = b > a ? Math.min(Math.floor(-Math.log10(b - a)), 3) : 3;
-  return Number.isNaN(a) ? "–" : known < 1 ? `${minus(outwards(a, -1).toFixed(1))} … ${minus(outwards(b, 1).toFixed(1))}`
-    : (b > a ? "≈ " : "") + minus(((a + b) / 2).toFixed(known));
+  return Number.isNaN(a) ? UNKNOWN : known < 1 ? [outwards(a, -1), outwards(b, 1)].map(x => numberText(x, {decimals: 1})).join(" … ")
+    : (b > a ? "≈ " : "") + numberText((a + b) / 2, {decimals: known});
 }
 
 // The normal force of a contact at a time.
 function forceWords(run, c, at) {
   const found = run.reading("N_" + c, at);
-  return found.exact ? kilonewtons(found.low) : `${readingWords(found, run.column("N_" + c), false, 4)} kN`;
+  return found.exact ? forceText(found.low) : `${readingWords(found, run.column("N_" + c), false, 4)} kN`;
 }
 
 // The power of ten of a number's first digit.

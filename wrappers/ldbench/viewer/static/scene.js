@@ -61,8 +61,8 @@ class Scene {
   poseOf(run, shape, at) {
     const pose = run.pose(at), factor = this.settings.gap;
     if (factor === 1 || !shape) return {...pose, aside: 0};
-    const known = sidesOf(shape).map(([outline, side]) => ({side, found: this.lateralGap(outline, run, pose, side),
-      whole: run.clearance ?? this.lateralGap(outline, run, {y: 0, z: 0, roll: 0}, side)?.gap ?? 0.01}));
+    const known = sidesOf(shape).map(([outline, side]) => ({
+      side, found: this.lateralGap(outline, run, pose, side), whole: run.clearance[side > 0 ? 0 : 1]}));
     const near = known.filter(({found}) => found).sort((a, b) => a.found.gap - b.found.gap)[0];
     return {...pose, aside: near ? near.side * (near.found.gap - exaggerated(near.found.gap, near.whole, factor)) : 0};
   }
@@ -290,7 +290,7 @@ class Scene {
     g.lineWidth = 2;
     const length = roundBelow(90 / this.scale), bar = length * this.scale;
     strokes(g, [12, y, 12 + bar, y]);
-    const size = length >= 1e-3 ? `${+(1e3 * length).toPrecision(1)} mm` : `${+(1e6 * length).toPrecision(1)} µm`;
+    const size = length >= 1e-3 ? `${shortNumber(1e3 * length, 1)} mm` : `${shortNumber(1e6 * length, 1)} µm`;
     labels.words(size, 12, y - 6);
     const {logarithmic} = this.settings, right = this.w - 12 - ARROW;
     const decades = [1e3, 1e4, 1e5, 1e6, 1e7].filter(N => N >= LOG_FROM && N <= largest);
@@ -300,7 +300,7 @@ class Scene {
     g.font = "11px system-ui, sans-serif";
     for (const N of forces) {
       const x = right + this.arrowLength(N, largest);
-      labels.words(several ? `${N / 1e3}` : kilonewtons(N), x, y - 8, several ? "center" : "right");
+      labels.words(several ? `${N / 1e3}` : forceText(N), x, y - 8, several ? "center" : "right");
     }
     labels.words(several ? "kN, logarithmic" : "force", right - 6, y + 4, "right");
     g.font = "12px system-ui, sans-serif";

@@ -31,7 +31,7 @@ class Values {
     const before = other || mark === null ? null : first.rowTime(mark);
     this.runs.forEach((run, k) => { this.rowTimes[k].textContent = timeWords(at[k] - run.shift); });
     get("values").className = this.runs.length > 2 ? "alone many" : this.runs.length < 2 && mark === null ? "alone" : "";
-    this.rowApart.textContent = before === null ? "" : shortWords(at[0] - before);
+    this.rowApart.textContent = before === null ? "" : shortNumber(at[0] - before);
     const shown = [];
     for (const {column, values, apart, unit} of this.cells) {
       const show = (cell, reading) => {
