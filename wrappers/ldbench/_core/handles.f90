@@ -317,17 +317,19 @@ contains
   end subroutine give
 
   !> An error for Python: its message, then its file, line, group, variable, what was expected and found, and 'missing' where
-  !> there is no such file, each after a character FS (28); length 0 when there is none.
+  !> there is no such file, with a character FS (28) between two of them; length 0 when there is none.
   subroutine give_error(error, message, length)
     type(error_type), allocatable, intent(in) :: error
     character(*), intent(out) :: message
     integer, intent(out) :: length
-    character(:), allocatable :: fields
+    integer, parameter :: longest = 2048       ! part; Python shows no longer one, and the buffer holds all parts
+    character(:), allocatable :: parts
 
     message = ''
     length = 0
     if (.not. allocated(error)) return
-    fields = error%message
+    parts = ''
+    call add(error%message)
     call add(error%file)
     if (error%line > 0) then
       call add(str(error%line))
@@ -339,15 +341,15 @@ contains
     call add(error%expected)
     call add(error%found)
     call add(trim(merge('missing', '       ', error%missing)))
-    call give(fields, message, length)
+    call give(parts(2:), message, length)
 
   contains
 
-    subroutine add(field)
-      character(*), intent(in), optional :: field
+    subroutine add(part)
+      character(*), intent(in), optional :: part
 
-      fields = fields//achar(28)
-      if (present(field)) fields = fields//field
+      parts = parts//achar(28)
+      if (present(part)) parts = parts//part(:min(len(part), longest))
     end subroutine add
 
   end subroutine give_error
