@@ -21,7 +21,7 @@ import ldbench
 from invented import COARSE
 from ldbench.__main__ import main
 from ldbench.case import variables
-from ldbench.results.header import read_header
+from ldbench.results.header import read_comments
 from running import HANG, LDBENCH, REPO, kept_tables
 
 
@@ -106,7 +106,7 @@ def test_texts_go_round(title, flange_run, tmp_path):
     settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
     assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
     if title.isprintable():
-        assert read_header(file).settings["case"]["title"] == title
+        assert read_comments(file).settings["case"]["title"] == title
 
 
 START = {1: "initial lateral velocity 0.1 m/s", 2: "initial lateral velocity 0.5 m/s", 3: "initial lateral velocity 1 m/s",

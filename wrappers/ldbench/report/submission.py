@@ -125,8 +125,9 @@ def around(whole: RunData, t: float) -> Recomputed:
 
 def first_and_hardest(whole: RunData) -> tuple[Recomputed, Recomputed] | None:
     """The first and the hardest contact of the left flange; None in a run without one."""
-    first, peak = answers(whole)["t_first_LF"], whole.peak("LF")
-    return (around(whole, first), around(whole, peak[1])) if first is not None and peak else None
+    known = answers(whole)
+    first, peak = known["t_first_LF"], known["t_peak_LF"]
+    return None if first is None or peak is None else (around(whole, first), around(whole, peak))
 
 
 def twins_file(job: Job) -> Path:
