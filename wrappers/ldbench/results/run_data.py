@@ -13,7 +13,6 @@ import numpy as np
 
 from .._core.errors import Error, unknown
 from .._core.optional import needed
-from .._core.pools import processes
 from ..case import Case
 from .columns import read_columns
 from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
@@ -312,14 +311,3 @@ def checked(run: AnyRun) -> AnyRun:
     """The run; Error at once where its file cannot be read."""
     _ = run.data
     return run
-
-
-def read_all(files: Sequence[Path], jobs: int | None = None) -> list[RunData]:
-    """Column files, read by several processes, the longest first."""
-    def size(file: Path) -> int:
-        return file.stat().st_size if file.is_file() else 0     # whoever reads says what is wrong
-
-    order = sorted(range(len(files)), key=lambda k: -size(files[k]))
-    with processes(jobs, len(files)) as pool:
-        found = dict(zip(order, pool.map(read_data, [files[k] for k in order]), strict=True))
-    return [found[k] for k in range(len(files))]
