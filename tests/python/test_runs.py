@@ -12,7 +12,6 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import f90nml
 import numpy as np
 import pytest
 
@@ -23,7 +22,7 @@ from ldbench.results.answers import answers
 from ldbench.results.header import Header, read_groups
 from ldbench.results.run_data import read_data
 from ldbench.runs import compute
-from running import Run, alike
+from running import alike
 
 # The wheelset of exercise 3 goes to the left flange and off it; every kind has other fields in its header.
 KINDS: dict[str, dict[str, Any]] = {
@@ -279,21 +278,6 @@ def test_bad_arguments_are_value_or_type_errors(elastic: tuple[ldbench.Run, ldbe
             assert type(pickle.loads(pickle.dumps(error.value))) is type(error.value)
     with pytest.raises(TypeError, match=r"found dict: Case\(values\) makes a case of a mapping of values"):
         ldbench.run({"vY": 0.3})
-
-
-def test_the_groups_of_a_header_are_those_that_f90nml_reads(shipped: dict[str, Run]):
-    """f90nml is the independent reader here; it writes names in small letters."""
-    for run in shipped.values():
-        lines, inside = [], False
-        for line in run.header.splitlines():
-            inside = inside or line.startswith("&")
-            lines += [line] if inside else []
-            inside = inside and line.strip() != "/"
-        own, other = read_groups(lines), f90nml.reads("\n".join(lines) + "\n")
-        events = other["results"].pop("event")
-        assert own["results"].pop("event") == [dict(event) for event in (events if isinstance(events, list) else [events])]
-        assert {group: {name.lower(): x for name, x in values.items()} for group, values in own.items()} == {
-            group: dict(values) for group, values in other.items()}
 
 
 @pytest.mark.parametrize(("line", "values"), [
