@@ -37,11 +37,11 @@ def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
 
 
 def caption(run: RunData) -> str:
-    """The settings of a run."""
+    """The settings and the profiles of a run; the file where it does not tell its settings."""
     try:
         case, results = run.case, run.results
     except Error:               # another code's file, or that of a version with other variables
-        return str(run.file)
+        return f"{run.file}\n{profile_words(run)}".rstrip()
     cut = ""
     if case.energy_tolerance:
         cut = f" at most, cut where it changes the energy by more than {scientific(case.energy_tolerance)} J"
