@@ -3,8 +3,6 @@ from __future__ import annotations
 
 import functools
 import gc
-import hashlib
-import logging
 import os
 import shutil
 import signal
@@ -62,36 +60,6 @@ def pytest_collection_finish() -> None:
     """What was imported and collected lives to the end: the search for garbage, again and again, need not look at it."""
     gc.collect()
     gc.freeze()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def tables_are_kept() -> Iterator[None]:
-    """Contact tables that go to no file are kept, in memory and for later tests: hundreds of tests run cases whose tables are
-    the same. A test of the building of a table names a file."""
-    from ldbench import Case, ContactTable  # programs that only start the executable need no package
-    from ldbench.ensembles.members import table_keys
-
-    make, known = ContactTable._make, {}
-
-    def remembered(table: ContactTable, case: Case, progress: object) -> None:
-        if case.table_file or case.formulation != "elastic":
-            make(table, case, progress)
-            return
-        key = table_keys()(case)
-        if key not in known:
-            file = kept_tables()/f"{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.table"
-            known[key] = object.__new__(ContactTable)
-            try:
-                make(known[key], case.replace(table_file=file), progress)
-            except BaseException:
-                del known[key]
-                raise
-        table._own(case, known[key].for_case(case)._handle)
-        logging.getLogger("ldbench.table").info("%s: %r", case.label, table)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ContactTable, "_make", remembered)
-        yield
 
 
 @pytest.fixture

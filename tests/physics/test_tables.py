@@ -101,7 +101,7 @@ def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], strip_tables:
     assert {place: (f"{rms:.2E}", f"{largest:.2E}") for place, (rms, largest) in told_by_file.items()} == stated(run.summary)
     assert {place: tuple(map(float, numbers)) for place, numbers in stated(run.summary).items()} \
         == {place: (float(f"{error.rms:.2e}"), float(f"{error.largest:.2e}")) for place, error in accuracy.items()}
-    case.namelist().write(tmp_path / "told.nml", force=True)
+    case.to_namelist(tmp_path/"told.nml")
     assert main(["table", str(tmp_path / "told.nml")]) == 0
     said = capsys.readouterr().out
     assert "contact table: model halfspace, found, " in said

@@ -10,7 +10,6 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn
 
-import f90nml
 import numpy as np
 
 from ._core import flat
@@ -148,7 +147,7 @@ class Case(Variables):
 
     @classmethod
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
-        """A case from a namelist file, from namelist text, or from groups such as an f90nml.Namelist.
+        """A case from a namelist file, from namelist text, or from groups as `namelist` gives them.
 
         A string that begins with & or has several lines is text. A file that is not there may be a shipped one,
         `inputs/ex1_aw.nml`. Variables that are not mentioned have the
@@ -240,12 +239,12 @@ class Case(Variables):
         words = b"".join((_words(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH) for value in self.values)
         return numbers, words
 
-    def namelist(self) -> f90nml.Namelist:
-        """All values as an f90nml.Namelist, group by group."""
+    def namelist(self) -> dict[str, dict[str, Value]]:
+        """All values by group and variable: `case.namelist()["initial"]["vY"]`."""
         groups: dict[str, dict[str, Value]] = {}
         for variable, value in zip(variables(), self.values, strict=True):
             groups.setdefault(variable.group, {})[variable.name] = value
-        return f90nml.Namelist(groups)
+        return groups
 
     def to_namelist(self, path: str | os.PathLike[str] | None = None) -> str:
         """All values as namelist text, also written to `path` if given.
@@ -371,15 +370,14 @@ def defaults() -> tuple[Value, ...]:
     return tuple(_unpack(numbers, bytes(words)))
 
 
-def _namelist_text(groups: Mapping[str, Any]) -> str:
-    """Groups as text; f90nml would write letters that it takes for unprintable as Python's escapes."""
+def _namelist_text(groups: Mapping[str, Mapping[str, Value]]) -> str:
+    """Groups as the text of a namelist."""
     def word(value: object) -> str:
         return "'" + str(value).replace("'", "''") + "'" if isinstance(value, (str, os.PathLike)) else str(value)
 
     lines: list[str] = []
-    for group, found in groups.items():
-        for variables_of_group in found if isinstance(found, list) else [found]:
-            lines += [f"&{group}", *(f"    {name} = {word(value)}" for name, value in variables_of_group.items()), "/"]
+    for group, values in groups.items():
+        lines += [f"&{group}", *(f"    {name} = {word(value)}" for name, value in values.items()), "/"]
     return "\n".join(lines) + "\n"
 
 

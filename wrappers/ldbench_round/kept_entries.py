@@ -100,7 +100,7 @@ def read_reference(one: Reference) -> RunData:
             raise Error(file=one.file, expected="times, and numbers of the motion or of normal forces", found="none")
         # The row behind the last one that is matched: the reference is interpolated between rows.
         rows = int(np.searchsorted(run.time, MATCHED_BEYOND*horizon(one.task), "right")) + 1
-        _READ[one.key] = RunData(one.file, header=run.header, data=data.iloc[:rows].copy())
+        _READ[one.key] = run.with_data(data.iloc[:rows].copy())
     return _READ[one.key]
 
 

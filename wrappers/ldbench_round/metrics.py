@@ -36,8 +36,7 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
     limit = horizon(task)
     # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
     unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)
-    compared = RunData(reference.file, header=reference.header, data=reference.data.drop(
-        columns=list(IMPULSES), errors="ignore")) if unseen else reference
+    compared = reference.with_data(reference.data.drop(columns=list(IMPULSES), errors="ignore")) if unseen else reference
     found = scored(run, compared, task, limit)
     if unseen:
         kept = tuple(one for one in found.scores if one.kind not in OF_IMPACTS)

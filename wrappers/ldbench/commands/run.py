@@ -82,5 +82,5 @@ def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case
 
 def facts(result: Run) -> dict[str, object]:
     """Collect the results of a run for other programs."""
-    return {"case": result.name, "file": str(result.file), **result.results, "seconds": result.seconds,
+    return {"case": result.name, "file": str(result.file), "end": result.ending, **result.results, "seconds": result.seconds,
             "events": [event._asdict() for event in result.events]}

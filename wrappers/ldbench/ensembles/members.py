@@ -172,6 +172,7 @@ def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progr
 def record(done: Run, wanted: Wanted) -> Record:
     """Results, events and wanted columns of a run."""
     found: Record = {name: value if isinstance(value, (bool, str)) else float(value) for name, value in done.results.items()}
+    found["end"] = done.ending
     times, forces = np.full((2, len(event_kinds()), OCCURRENCES), np.nan)     # [s], [N]
     for k, kind in enumerate(event_kinds()):
         for place, event in enumerate([event for event in done.events if event.kind == kind][:OCCURRENCES]):

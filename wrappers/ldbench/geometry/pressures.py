@@ -38,7 +38,7 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
 def known_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS) -> list[Patch]:
     """The patches of some contacts at row k; none where no pressure is known: of another law of contact, of another code, or with
     profiles that are not there or not those of the run."""
-    if run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+    if run.law != "halfspace":
         return []
     try:
         return run_patches(run, k, contacts)
