@@ -17,7 +17,6 @@ import pytest
 
 import ldbench
 from invented import COARSE
-from ldbench.constants import CONTACTS
 from ldbench.profile import Profile
 from ldbench.results.answers import answers
 from ldbench.results.header import Header, read_groups
