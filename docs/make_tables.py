@@ -90,7 +90,7 @@ RESULTS = {
     "rest_roll": ("rad", "roll angle there"),
     "frequency_1, frequency_2, frequency_3": ("Hz", "eigenfrequencies at rest; the file has them as `eigenfrequencies`. NaN if "
                                                     "rigid contacts leave fewer"),
-    "end": ("", "why the run ended"),
+    "end": ("", "why the run ended; in Python `run.ending`"),
     "t": ("s", "time of the last row"),
     "F_limit_left, F_limit_right": ("N", "static limit: the largest lateral force at the centre of gravity with an equilibrium"),
     "farthest_left, farthest_right": ("m", "largest and smallest Y of all steps"),
@@ -243,7 +243,7 @@ def result_table() -> str:
     kinds = {f"n_{re.sub('[ -]', '_', kind)}" for kind in event_kinds()}
     explained = {name for names in RESULTS for name in names.split(", ")}
     told = {name if name in explained else re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name) for name in short.results.keys() - kinds}
-    told.add("n_KIND")
+    told |= {"n_KIND", "end"}
     if told != explained:
         raise SystemExit(f"docs: expected a meaning of every result in {__file__}, found differences: {sorted(told ^ explained)}")
     for names, (si, _) in RESULTS.items():

@@ -31,7 +31,7 @@ from ldbench import Case, ContactInterval, ContactTable, view
 from ldbench._core.files import complete
 from ldbench._core.kept import kept_in
 from ldbench.report import formulations
-from ldbench.results.run_data import RunData, read_all
+from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
 from ldbench.results.twins import TWINS, spreads
 from quotes import CAUSES, ENDS
@@ -54,7 +54,7 @@ COMMANDS = {"report": "make report", "validate": "make validate", "variants": "p
 
 def of_report() -> Values:
     """Results of the ten runs and of the formulations, and the sizes of files."""
-    runs = read_all([OUTPUTS/f"{case}.txt" for case in CASES], 1)
+    runs = [read_data(OUTPUTS/f"{case}.txt") for case in CASES]
     values = of_runs(runs, {run.name: json.loads((kept_in(OUTPUTS)/f"{run.name}_twins.json").read_text()) for run in runs})
     kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])

@@ -86,7 +86,7 @@ def laws(folder: Path) -> Numbers:
     axes[-1].set_xlabel("time [ms]")
     figure.savefig(folder/"picture.png")
     return {f"{name}.{law}": value for law, run in runs.items() for name, value in (
-        ("t_return [s]", float(run.time[-1])), ("drift [J]", run.result("drift")))}
+        ("t_return [s]", float(run.time[-1])), ("drift [J]", run.results["drift"]))}
 
 
 def formulations(folder: Path) -> Numbers:
@@ -106,7 +106,7 @@ def formulations(folder: Path) -> Numbers:
     axes[1].set_xlabel("time [ms]")
     figure.savefig(folder/"picture.png")
     return {f"{what}.{name}": value for name, run in runs.items() for what, value in (
-        ("t [s]", float(run.time[-1])), ("derailed", float(run.result("derailed"))))}
+        ("t [s]", float(run.time[-1])), ("derailed", float(run.results["derailed"])))}
 
 
 def profile(folder: Path) -> Numbers:

@@ -3,8 +3,6 @@ from __future__ import annotations
 
 import functools
 import gc
-import hashlib
-import logging
 import os
 import shutil
 import signal

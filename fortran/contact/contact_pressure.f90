@@ -193,13 +193,15 @@ contains
     real(dp), intent(in) :: e_star             !! [Pa]
     real(dp), intent(in) :: A, B               !! relative curvatures along x and along s, halved [1/m]
     real(dp), intent(out) :: facts(3)
-    real(dp) :: ratio, k, D, long
+    real(dp) :: ratio, k, D, long, short
 
     facts = 0
     if (min(A, B) <= 0 .or. force <= 0) return
     call ellipse(max(A, B)/min(A, B), ratio, k, D)
     long = (1.5_dp*force*D/(pi*e_star*min(A, B)))**(1/3.0_dp)
-    facts = [merge(long, ratio*long, A <= B), merge(ratio*long, long, A <= B), 1.5_dp*force/(pi*ratio*long**2)]
+    short = ratio*long
+    facts(:2) = merge([long, short], [short, long], A <= B)
+    facts(3) = 1.5_dp*force/(pi*ratio*long**2)
   end subroutine hertz_ellipse
 
 end module contact_pressure

@@ -1,17 +1,20 @@
 !> Zones of a wheel: stretches that are tabulated by themselves.
 !>
-!> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal is
-!> negative, at the mean of the angles of the arc's ends. So a zone mostly holds one patch that moves smoothly, which makes the
-!> elastic energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's or the flange's
-!> is another question, which `is_flange` answers.
+!> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal
+!> is negative, at the mean of the angles of the arc's ends. So a zone mostly holds one patch that moves smoothly, which makes
+!> the elastic energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's
+!> or the flange's is another question, which `is_flange` answers.
 module contact_zones
   use kinds, only: degree, dp
   use wheel_rail_pair, only: pair_type, rail_curvature, window
   implicit none
   private
-  public :: zone_type, side_type, find_zones, is_flange, max_zones, least_turn
+  public :: zone_type, side_type, find_zones, is_flange, is_steep, threshold_at, max_zones, least_turn
 
   integer, parameter :: max_zones = 6
+
+  !> Least contact angle of a flange contact, unless the case has another one: 25 degrees [rad].
+  real(dp), parameter, public :: usual_flange_angle = 0.4363_dp
 
   !> A stretch of the wheel between two cuts.
   type :: zone_type
@@ -26,7 +29,7 @@ module contact_zones
     type(pair_type) :: pair
     type(zone_type), allocatable :: zones(:)   !! ordered from the tread to the flange
     real(dp) :: clearance = 0          !! lateral way of the centred rigid wheelset until this flange touches [m]
-    real(dp) :: threshold(2) = [1, 0]  !! cosine and sine of the least contact angle of a flange contact
+    real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`
   end type side_type
 
   !> An arc of the wheel that cannot touch.
@@ -36,7 +39,7 @@ module contact_zones
     real(dp) :: turn = 0               !! angle by which the normals of wheel and rail part over the arc [rad]
   end type gap_type
 
-  real(dp), parameter :: root_angle = 10*degree    ! about where tread and flange of usual profiles part
+  real(dp), parameter :: root_angle = 10*degree   ! about where tread and flange of usual profiles part
   real(dp), parameter :: least_gap = 0.4e-3_dp    ! shortest arc that counts as a gap [m]
   ! Turn of an arc [rad]. Elastic patches on either side of a flatter one are one patch under load, which a cut would halve.
   real(dp), parameter :: least_turn = 0.03_dp
@@ -69,15 +72,31 @@ contains
     end do
   end subroutine find_zones
 
-  !> Whether a contact with a force or a normal n of the rail, at station s [m] of the wheel, is the flange's: its contact angle
-  !> is at least the threshold, or it is on the flange's tip.
+  !> Whether a contact with a force or a normal n of the rail, at station s [m] of the wheel, is the flange's: it is steep, or on
+  !> the flange's tip.
   pure logical function is_flange(side, n, s)
     type(side_type), intent(in) :: side
     real(dp), intent(in) :: n(2)           !! as on the left side
     real(dp), intent(in) :: s
 
-    is_flange = -n(1)*side%threshold(1) - n(2)*side%threshold(2) >= 0 .or. s < side%pair%s(side%pair%steepest)
+    is_flange = is_steep(side%threshold, n) .or. s < side%pair%s(side%pair%steepest)
   end function is_flange
+
+  !> Whether the contact angle of a force or a normal n of the rail is at least that of a threshold.
+  pure logical function is_steep(threshold, n)
+    real(dp), intent(in) :: threshold(2)   !! of `threshold_at`
+    real(dp), intent(in) :: n(2)           !! as on the left side
+
+    is_steep = -n(1)*threshold(1) - n(2)*threshold(2) >= 0
+  end function is_steep
+
+  !> The threshold of a least contact angle [rad]: its cosine and sine.
+  pure function threshold_at(angle) result(threshold)
+    real(dp), intent(in) :: angle
+    real(dp) :: threshold(2)
+
+    threshold = [cos(angle), sin(angle)]
+  end function threshold_at
 
   !> Find the arcs of negative relative curvature, from the running point to the flange face.
   pure subroutine find_gaps(pair, running, least, gaps)
@@ -86,7 +105,7 @@ contains
     real(dp), intent(in) :: least          !! turn of an arc [rad]
     type(gap_type), allocatable, intent(out) :: gaps(:)
     real(dp) :: curvature, turn
-    integer :: start, i
+    integer :: start, cut, i
 
     allocate (gaps(0))
     start = 0
@@ -97,8 +116,10 @@ contains
         if (start == 0) start = i
         turn = turn - curvature*(pair%s(i + 1) - pair%s(i))
       else if (start > 0) then
-        if (pair%s(start) - pair%s(i) > least_gap .and. turn > least) call add_gap(pair, gap_type(start, &
-          i - 1 + minloc(abs(pair%angle(i:start) - (pair%angle(i) + pair%angle(start))/2), 1), turn), gaps)
+        if (pair%s(start) - pair%s(i) > least_gap .and. turn > least) then
+          cut = i - 1 + minloc(abs(pair%angle(i:start) - (pair%angle(i) + pair%angle(start))/2), 1)
+          call add_gap(pair, gap_type(start, cut, turn), gaps)
+        end if
         start = 0
         turn = 0
       end if
@@ -129,9 +150,9 @@ contains
     gaps = [gaps, gap]
   end subroutine add_gap
 
-  !> The cut that parts the tread from the flange: in the last gap that starts before the root's angle, or in the next one if
-  !> the angle of its cut is nearer to it; without a gap before that angle in one right behind it, else a
-  !> new one at the angle.
+  !> The cut that parts the tread from the flange. It is that of the last gap that starts before the root's angle, or that of the
+  !> next gap, if its angle is nearer to the root's. Where no gap starts before the root's angle, it is that of a gap right
+  !> behind it; where there is none either, a cut is added at the root's angle.
   pure subroutine part_flange(pair, split, gaps, parting)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: split           !! index of the station with the root's angle

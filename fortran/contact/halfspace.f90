@@ -131,9 +131,11 @@ contains
 
     iterations = 0
     ok = maxval(depth) <= 0
-    if (ok) f = 0
-    if (ok) r = depth
-    if (ok) return
+    if (ok) then
+      f = 0
+      r = depth
+      return
+    end if
     limit = tolerance*maxval(depth)
     flexibility = [(A(i, i), i=1, size(f))]
     ! Without a guess: as in Hertz's theory, the surfaces touch where they would overlap by more than half the maximum.

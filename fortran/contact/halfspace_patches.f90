@@ -40,7 +40,7 @@ module halfspace_patches
   real(dp), parameter :: grid_error = 1.12_dp
   integer, parameter :: coarse_x = 3, coarse_s = 14, most_rounds = 20
   real(dp), parameter :: coarse_tolerance = 2e-2_dp
-  ! Coarse grids find ellipses a little too long: what is left of their semi-axes along x and along s.
+  ! Coarse grids find ellipses a little too long. The true semi-axes along x, before and behind the centre are these shares.
   real(dp), parameter :: coarse_axes(3) = [0.973_dp, 0.984_dp, 0.984_dp]
 
 contains
@@ -96,8 +96,8 @@ contains
       fits = .true.
       do g = 1, patches%n
         box = patches%box(:, g)
-        call fit_box(fine, patches%mesh(g), patches%f(:, :, g), patches%overlaps%list(g)%ends, box, stretch(:, g), cut, &
-          moved)
+        call fit_box(fine, patches%mesh(g), patches%f(:, :, g), patches%overlaps%list(g)%ends, box, &
+          stretch(:, g), cut, moved)
         if (cut) patches%box(:, g) = box
         fits = fits .and. .not. cut
       end do
@@ -145,8 +145,9 @@ contains
     integer :: g
 
     if (allocated(patches%f)) then
-      if (size(patches%f) /= size(depth)) deallocate (patches%f, patches%r, patches%influence, patches%angle, &
-        patches%normal, patches%point)
+      if (size(patches%f) /= size(depth)) then
+        deallocate (patches%f, patches%r, patches%influence, patches%angle, patches%normal, patches%point)
+      end if
     end if
     if (.not. allocated(patches%f)) then
       allocate (patches%f, patches%r, mold=depth)

@@ -134,10 +134,13 @@ contains
       if (s < lap(1) .or. s > lap(2) .or. s > low .and. s < high) cycle
       if (scan%depth(k) <= negligible*overlap + displacement(elements, mesh, angle, f, s, pair%angle(k))) cycle
       middle = (box(2) + box(3))/2
-      if (s < low) stretch(2) = stretch(2)*(middle - (s + lap(1))/2)/(middle - box(2))
-      if (s < low) box(2) = (s + lap(1))/2
-      if (s > high) stretch(3) = stretch(3)*((s + lap(2))/2 - middle)/(box(3) - middle)
-      if (s > high) box(3) = (s + lap(2))/2
+      if (s < low) then
+        stretch(2) = stretch(2)*(middle - (s + lap(1))/2)/(middle - box(2))
+        box(2) = (s + lap(1))/2
+      else if (s > high) then
+        stretch(3) = stretch(3)*((s + lap(2))/2 - middle)/(box(3) - middle)
+        box(3) = (s + lap(2))/2
+      end if
       fits = .false.
       return
     end do

@@ -37,8 +37,8 @@ contains
     top = maxval(pair%rail%a(2, 1, :))
     call find_gauge_point(pair%rail, top - gauge_depth, r, ok)
     if (.not. ok) then
-      call fatal_error(error, rail_file//': the rail has no gauge face '//str(gauge_depth)// &
-        ' m below its top; &track gauge_depth must lie within the profile')
+      call fatal_error(error, 'the rail has no gauge face '//str(gauge_depth)// &
+        ' m below its top; &track gauge_depth must lie within the profile', rail_file)
       return
     end if
     pair%rail%a(1, 1, :) = pair%rail%a(1, 1, :) + gauge/2 - r(1)
@@ -63,6 +63,8 @@ contains
     if (.not. ok) then
       call fatal_error(error, '&track gauge = '//str(gauge)//' m with &wheelset back_to_back = '//str(back_to_back)// &
         ' m does not put the treads of '//wheel_file//' on '//rail_file//' at gauge_depth = '//str(gauge_depth)//' m')
+      error%group = 'track'        ! the statement begins with the variable
+      error%variable = 'gauge'
       return
     end if
     pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
@@ -139,11 +141,10 @@ contains
     end do
   end subroutine set_stations
 
-  !> The tangent angles at the rail's knots, made to fall from the gauge side to the field side, and the rail's curvature as a
-  !> continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a
-  !> whole stretch, as on a straight gauge face: the strip modulus of all wheel stations with that angle would jump at one roll
-  !> angle, and with it the force. So the curvature is averaged over angles too, with weights that fall linearly to 0 at
-  !> twice `half`.
+  !> Set the tangent angles at the rail's knots, made to fall from the gauge side to the field side, and the rail's curvature as a
+  !> continuous function of the tangent angle. The arc's curvature jumps where an angle belongs to a whole stretch, as on a
+  !> straight gauge face: the strip modulus of all wheel stations with that angle would jump at one roll angle, and with it
+  !> the force. So the curvature is averaged over angles too, with weights that fall linearly to 0 at twice `half`.
   pure subroutine set_rail_curves(pair)
     type(pair_type), intent(inout) :: pair
     real(dp), parameter :: half = 0.1_dp*degree

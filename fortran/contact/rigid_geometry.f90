@@ -37,8 +37,8 @@ contains
     z = z + start
   end subroutine lower
 
-  !> Roll angle and height at which the rigid wheelset stands on both rails: the least roll angle where
-  !> there are several. `ok` is false where the wheelset does not stand on both rails.
+  !> Roll angle and height at which the rigid wheelset stands on both rails: the least roll angle where there are several.
+  !> `ok` is false where the wheelset does not stand on both rails.
   subroutine rigid_contact(side, y, roll, z, station, ok)
     type(side_type), intent(in) :: side(:) !! left, right
     real(dp), intent(in) :: y              !! lateral displacement of the axle centre [m]

@@ -57,8 +57,10 @@ contains
       end associate
       scan%foot(first) = pair%rail%s(scan%interval(first))
       do i = first, last
-        if (i > first) scan%foot(i) = scan%foot(i - 1)
-        if (i > first) scan%interval(i) = scan%interval(i - 1)
+        if (i > first) then
+          scan%foot(i) = scan%foot(i - 1)
+          scan%interval(i) = scan%interval(i - 1)
+        end if
         call set_depth(pair%rail, 1, scan%point(:, i), scan%foot(i), scan%interval(i), scan%depth(i), &
           scan%normal(:, i), scan%rate(i), scan%step(i))
       end do
@@ -123,9 +125,9 @@ contains
     end do
   end subroutine set_depth
 
-  !> One Newton step for (p - r(s)).r'(s) = 0.  The loop has no branches, so that the compiler can treat two
-  !> points at a time.  Depth and normal are updated to the new foot by Taylor's series, which is
-  !> exact enough once the step is below `tolerance`.
+  !> One Newton step for (p - r(s)).r'(s) = 0. The loop has no branches, so that the compiler can treat two points at a time.
+  !> Depth and normal are updated to the new foot by Taylor's series, which is exact enough once the step is below
+  !> `tolerance`.
   pure subroutine step_foot(knots, s, a, n, p, interval, foot, depth, normal, rate, step)
     integer, intent(in) :: knots, n
     real(dp), intent(in) :: s(0:knots), a(2, 4, 0:knots), p(2, n)

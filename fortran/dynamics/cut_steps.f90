@@ -66,7 +66,8 @@ contains
       if (abs(change) > allowed) allowed = max(allowed, energy_rounding(w, motion), energy_rounding(w, new))
       if (abs(change) > allowed) then
         ! The change goes with dt^(order + 1).
-        more = min(max(1, (exponent(change/allowed) + integrator%order)/(integrator%order + 1)), cutting%most_halvings - halvings)
+        more = (exponent(change/allowed) + integrator%order)/(integrator%order + 1)
+        more = min(max(1, more), cutting%most_halvings - halvings)
         if (more == 0) watcher%missed = watcher%missed + 1
       end if
     end if

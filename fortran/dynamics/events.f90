@@ -17,7 +17,7 @@ module events
   use contact_zones, only: side_type
   use kinds, only: dp
   use motion_state, only: motion_type
-  use wheelset, only: closed, external_force, left_flange, left_tread, right_flange, right_tread, wheelset_type
+  use wheelset, only: closed, external_force, flanges, outwards, treads, wheelset_type
   implicit none
   private
   public :: event_log, event_type, watch, event_kinds, elastic_kinds, impact, kept, never
@@ -31,8 +31,6 @@ module events
     over_rail(2) = [8, 9], derailment = 10, impact = 11, rail_pulls = 12
   integer, parameter :: elastic_kinds = 10  !! number of kinds that elastic contacts have: the first ones
 
-  integer, parameter :: outwards(2) = [1, -1]   !! sign of Y on the left and on the right side
-  integer, parameter :: tread(2) = [left_tread, right_tread], flange(2) = [left_flange, right_flange]
   integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
   integer, parameter :: kept_impacts = 100  !! impacts that are recorded
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
@@ -84,17 +82,17 @@ contains
     is_closed = closed(new%contact)
     met = is_closed .or. new%contact%struck      ! contacts that have a force at the end of the step, or an impulse
     do k = 1, 2
-      if (met(flange(k)) .and. .not. was_closed(flange(k))) &
-        call record(log, w, event_type(flange_contact(k), closing(flange(k)), angle=contact_angle(new, k)))
+      if (met(flanges(k)) .and. .not. was_closed(flanges(k))) &
+        call record(log, w, event_type(flange_contact(k), closing(flanges(k)), angle=contact_angle(new, k)))
     end do
     if (any(was_closed .neqv. is_closed) .or. any(new%contact%struck)) then
       do k = 1, 2
-        wheel_was_on = was_closed(tread(k)) .or. was_closed(flange(k))
-        wheel_met = met(tread(k)) .or. met(flange(k))
+        wheel_was_on = was_closed(treads(k)) .or. was_closed(flanges(k))
+        wheel_met = met(treads(k)) .or. met(flanges(k))
         if (wheel_met .and. .not. wheel_was_on) &
-          call record(log, w, event_type(landing(k), min(closing(tread(k)), closing(flange(k)))))
-        if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(tread(k)) .or. is_closed(flange(k)))) &
-          call note_lift_off(log, w, k, max(opening(tread(k)), opening(flange(k))))
+          call record(log, w, event_type(landing(k), min(closing(treads(k)), closing(flanges(k)))))
+        if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(treads(k)) .or. is_closed(flanges(k)))) &
+          call note_lift_off(log, w, k, max(opening(treads(k)), opening(flanges(k))))
       end do
       do k = 1, 4
         if (is_closed(k) .and. .not. was_closed(k)) call add_moment(log, closing(k))
@@ -120,6 +118,7 @@ contains
     subroutine watch_flange_tips()
       real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
       real(dp) :: tip(2, 2), tip_before(2, 2), over(2), over_before(2), past(2), past_before(2)
+      integer :: other                            ! side
 
       tip = flange_tips(new%q, side)
       over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
@@ -138,8 +137,9 @@ contains
         log%derailed = event_type(derailment, zero_between(past_before(k), past(k)))
         log%derailed%force = lateral_force(w, log%derailed%t)
         call record(log, w, log%derailed)
-        if (any(is_closed([tread(3 - k), flange(3 - k)]))) cycle
-        log%unloaded = event_type(lift_off(3 - k), log%lifted(3 - k))
+        other = merge(2, 1, k == 1)
+        if (any(is_closed([treads(other), flanges(other)]))) cycle
+        log%unloaded = event_type(lift_off(other), log%lifted(other))
         log%unloaded%force = lateral_force(w, log%unloaded%t)
       end do
     end subroutine watch_flange_tips
@@ -210,10 +210,10 @@ contains
     integer, intent(in) :: k
 
     angle = 0
-    associate (slope => motion%contact%slope(:, flange(k)))
+    associate (slope => motion%contact%slope(:, flanges(k)))
       ! A rail that pulls has a force against the normal.
       if (norm2(slope(:2)) > 0) angle = max(0.0_dp, merge(atan2(-outwards(k)*slope(1), slope(2)), &
-        atan2(outwards(k)*slope(1), -slope(2)), motion%contact%pulls(flange(k))))
+        atan2(outwards(k)*slope(1), -slope(2)), motion%contact%pulls(flanges(k))))
     end associate
   end function contact_angle
 

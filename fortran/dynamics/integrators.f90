@@ -67,8 +67,7 @@ contains
     end select
   end function stability_limit
 
-  !> One step dt from `old` to `new`.  `status`: step_ok, step_diverged, or why
-  !> the pose left the table.
+  !> One step dt from `old` to `new`. `status`: step_ok, step_diverged, or why the pose left the table.
   subroutine advance(w, integrator, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
@@ -88,9 +87,8 @@ contains
     end select
   end subroutine advance
 
-  !> Change of the total energy in a step, less the work of the lateral force [J].
-  !> The exact motion has zero.  Left and right are summed separately, so that the mirrored run
-  !> rounds in the same way.
+  !> Change of the total energy in a step, less the work of the lateral force [J]. The exact motion has zero. Left and right
+  !> are summed separately, so that the mirrored run rounds in the same way.
   pure real(dp) function energy_change(w, old, new) result(change)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
@@ -214,8 +212,7 @@ contains
     if (new%contact%status /= inside) status = new%contact%status
   end subroutine solve_newmark
 
-  !> Update a contact state to first order by the last Newton correction, which is smaller than the
-  !> tolerance.
+  !> Update a contact state to first order by the last Newton correction, which is smaller than the tolerance.
   pure subroutine extrapolate(contact, move)
     type(contact_state), intent(inout) :: contact
     real(dp), intent(in) :: move(3)

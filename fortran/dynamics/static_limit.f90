@@ -6,7 +6,7 @@
 !> that holds it there has its maximum at the limit.
 module static_limit
   use kinds, only: dp
-  use wheelset, only: closed, contact_state, contacts, hold, left_flange, left_tread, right_flange, right_tread, wheelset_type
+  use wheelset, only: closed, contact_state, contacts, flanges, hold, treads, wheelset_type
   implicit none
   private
   public :: largest_force
@@ -122,10 +122,12 @@ contains
     logical, intent(out) :: unloaded
     type(contact_state) :: state
     logical :: shut(4)
+    integer :: other                       ! side
 
     call contacts(w, q, state, with_hessian=.false.)
     shut = closed(state)
-    unloaded = .not. any(shut(merge([right_tread, right_flange], [left_tread, left_flange], way == 1)))
+    other = merge(2, 1, way == 1)
+    unloaded = .not. (shut(treads(other)) .or. shut(flanges(other)))
   end subroutine find_unloaded
 
 end module static_limit

@@ -1,5 +1,5 @@
-!> The wheelset on its two rails: inertia, loads, and the elastic potential of all
-!> four contacts as a function of the pose q = (y, z, roll).
+!> The wheelset on its two rails: inertia, loads, and the elastic potential of all four contacts as a function of the pose
+!> q = (y, z, roll).
 module wheelset
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp, gravity, pi
@@ -12,7 +12,7 @@ module wheelset
   private
   public :: wheelset_type, contact_state, closed, contacts, total, external_force, symmetric, settle, hold, find_rest, &
     small_oscillations, contact_name
-  public :: left_tread, left_flange, right_tread, right_flange, other_side
+  public :: left_tread, left_flange, right_tread, right_flange, treads, flanges, outwards, other_side
 
   type :: wheelset_type
     real(dp) :: mass = 0               !! [kg]
@@ -30,6 +30,8 @@ module wheelset
   end type wheelset_type
 
   integer, parameter :: left_tread = 1, left_flange = 2, right_tread = 3, right_flange = 4
+  integer, parameter :: treads(2) = [left_tread, right_tread], flanges(2) = [left_flange, right_flange]   !! by side
+  integer, parameter :: outwards(2) = [1, -1]   !! sign of y on the left and on the right side
   integer, parameter :: other_side(4) = [right_tread, right_flange, left_tread, left_flange]   !! by contact
   character(2), parameter :: contact_name(4) = ['LT', 'LF', 'RT', 'RF']
 

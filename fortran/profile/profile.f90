@@ -5,7 +5,7 @@
 module profile
   use curve, only: curve_type
   use curve_fit, only: interpolate, point_noise
-  use errors, only: error_type, fatal_error
+  use errors, only: append_advice, error_type, place_error, refuse
   use kinds, only: dp
   use profile_check, only: check_points, is_rail, is_wheel
   use system, only: last_slash
@@ -66,13 +66,13 @@ contains
       if (noise > negligible .and. .not. made) then
         about = str(anint(1e8_dp*noise)/100)
         if (noise >= 1e-6_dp) about = str(nint(1e6_dp*noise))
-        call fatal_error(error, file//': expected a smooth curve, found points with a noise of about '//trim(about)//' um')
+        call refuse(error, 'a smooth curve', 'points with a noise of about '//trim(about)//' um', file)
         call advise('smooth', file, error)
         return
       end if
       call interpolate(y, z, p%curve, error)
     end associate
-    if (allocated(error)) call fatal_error(error, file//': '//error%message)
+    if (allocated(error)) call place_error(error, file)
   end subroutine read_profile
 
   !> The points of the lines.
@@ -89,7 +89,7 @@ contains
 
     allocate (points(2, size(lines)), line(size(lines)), stat=stat)
     if (stat /= 0) then
-      call fatal_error(error, file//': expected memory for the points of '//str(size(lines))//' lines, found less')
+      call refuse(error, 'memory for the points of '//str(size(lines))//' lines', 'less', file)
       return
     end if
     row = ''
@@ -104,7 +104,7 @@ contains
       if (ok) call to_real(adjustl(row(cut:)), points(2, n), ok)
       if (ok) ok = all(abs(points(:, n)) <= largest)
       if (ok) cycle
-      call fatal_error(error, file//', line '//str(i)//': expected two numbers, y and z in mm, found '''//clip(row)//'''')
+      call refuse(error, 'two numbers, y and z in mm', ''''//clip(row)//'''', file, i)
       return
     end do
     points = points(:, :n)
@@ -122,7 +122,7 @@ contains
     if (point <= last_slash(file) + 1) point = len(file) + 1
     made = file(:point - 1)//'.yz'
     if (made == file) made = file(:point - 1)//'_new.yz'
-    call fatal_error(error, error%message//'; '//verb//' it: python -m ldbench profile '//file//' -o '//made)
+    call append_advice(error, verb//' it: python -m ldbench profile '//file//' -o '//made)
   end subroutine advise
 
 end module profile

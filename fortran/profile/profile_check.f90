@@ -1,6 +1,6 @@
 !> Conditions that points must satisfy to be a wheel's or a rail's profile.
 module profile_check
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use kinds, only: degree, dp
   use text, only: str
   implicit none
@@ -30,16 +30,16 @@ contains
 
     n = size(points, 2)
     if (n < least_points) then
-      call fatal_error(error, file//': expected at least '//str(least_points)//' points, found '//str(n))
+      call refuse(error, 'at least '//str(least_points)//' points', str(n), file)
       return
     end if
     associate (y => points(1, :), z => points(2, :))
       if (maxval(y) - minval(y) < least_width .or. maxval(y) - minval(y) > largest_width) then
-        call fatal_error(error, file//': expected y in mm over '//str(least_width)//' to '//str(largest_width)// &
-          ' mm, found a width of '//str(maxval(y) - minval(y)))
+        call refuse(error, 'y in mm over '//str(least_width)//' to '//str(largest_width)//' mm', &
+          'a width of '//str(maxval(y) - minval(y)), file)
       else if (y(n) <= y(1)) then
-        call fatal_error(error, file//': expected points in the order of increasing y, found the first at y = '//str(y(1))// &
-          ' and the last at y = '//str(y(n)))
+        call refuse(error, 'points in the order of increasing y', &
+          'the first at y = '//str(y(1))//' and the last at y = '//str(y(n)), file)
       else
         call check_curve(file, points, line, error)
       end if
@@ -48,12 +48,12 @@ contains
       height = z(minloc(abs(y - middle), 1))
       tip = minloc(z, 1)
       if (kind == is_wheel .and. (tip == 1 .or. y(tip) >= middle .or. z(tip) > height - clear)) then
-        call fatal_error(error, file//': expected a wheel, with z up and y from its back: a flange whose tip is below the '// &
-          'middle and nearer to the back, found the lowest point at y = '//str(y(tip))//', '//str(height - z(tip))// &
-          ' mm below the middle')
+        call refuse(error, &
+          'a wheel, with z up and y from its back: a flange whose tip is below the middle and nearer to the back', &
+          'the lowest point at y = '//str(y(tip))//', '//str(height - z(tip))//' mm below the middle', file)
       else if (kind == is_rail .and. max(z(1), z(n)) > height + clear) then
-        call fatal_error(error, file//': expected a rail, with z up: ends below the middle, found an end '// &
-          str(max(z(1), z(n)) - height)//' mm above it')
+        call refuse(error, 'a rail, with z up: ends below the middle', &
+          'an end '//str(max(z(1), z(n)) - height)//' mm above it', file)
       else if (strict) then
         call check_extent(file, kind, points, line, error)
       end if
@@ -77,8 +77,7 @@ contains
     spacing = [(norm2(points(:, i + 1) - points(:, i)), i=1, n - 1)]
     i = maxloc(spacing, 1)
     if (spacing(i) > max(least_gap, times*sum(spacing)/(n - 1))) then
-      call fatal_error(error, file//', line '//str(line(i + 1))//': expected points along a curve, found a gap of '// &
-        str(spacing(i))//' mm')
+      call refuse(error, 'points along a curve', 'a gap of '//str(spacing(i))//' mm', file, line(i + 1))
       return
     end if
     if (kind == is_rail) then
@@ -91,10 +90,9 @@ contains
     end do
     rim = points(:, n) - points(:, i)
     if (abs(minval(points(1, :))) > near_origin) then
-      call fatal_error(error, file//': expected a wheel''s y from its back, at y = 0, found the least y = '// &
-        str(minval(points(1, :))))
+      call refuse(error, 'a wheel''s y from its back, at y = 0', 'the least y = '//str(minval(points(1, :))), file)
     else if (points(2, 1) > points(2, n) .or. abs(rim(2)) > tan(upright)*abs(rim(1))) then
-      call fatal_error(error, file//': expected a wheel without the upright faces of its back and of its rim, found such a face')
+      call refuse(error, 'a wheel without the upright faces of its back and of its rim', 'such a face', file)
     end if
   end subroutine check_extent
 
@@ -110,16 +108,16 @@ contains
     associate (y => points(1, :), z => points(2, :))
       gauge = findloc(z >= maxval(z) - gauge_depth, .true., 1)
       if (abs(y(gauge)) > near_origin) then
-        call fatal_error(error, file//': expected a rail''s y from its gauge point, '//str(gauge_depth)// &
-          ' mm below the top, at y = 0, found y = '//str(y(gauge))//' there')
+        call refuse(error, 'a rail''s y from its gauge point, '//str(gauge_depth)//' mm below the top, at y = 0', &
+          'y = '//str(y(gauge))//' there', file)
         return
       end if
       outermost = y(1)
       do i = 2, size(y)
         outermost = max(outermost, y(i))
         if (y(i) >= outermost - undercut .and. z(i) >= maxval(z) - deepest) cycle
-        call fatal_error(error, file//': expected points of the head of a rail alone, '// &
-          'found points under the head at y = '//str(y(i))//', z = '//str(z(i)))
+        call refuse(error, 'points of the head of a rail alone', &
+          'points under the head at y = '//str(y(i))//', z = '//str(z(i)), file)
         return
       end do
     end associate
@@ -136,8 +134,8 @@ contains
     n = size(points, 2)
     do i = 2, n
       if (norm2(points(:, i) - points(:, i - 1)) >= least_spacing) cycle
-      call fatal_error(error, file//', line '//str(line(i))//': expected a point at least '//str(least_spacing)// &
-        ' mm from the one before, found one at '//str(norm2(points(:, i) - points(:, i - 1))))
+      call refuse(error, 'a point at least '//str(least_spacing)//' mm from the one before', &
+        'one at '//str(norm2(points(:, i) - points(:, i - 1))), file, line(i))
       return
     end do
     do i = 1, n - 3
@@ -146,16 +144,15 @@ contains
         if (min(points(1, i), points(1, i + 1)) > max(points(1, j), points(1, j + 1))) cycle
         if (max(points(1, i), points(1, i + 1)) < min(points(1, j), points(1, j + 1))) cycle
         if (.not. crosses(points(:, i:i + 1), points(:, j:j + 1))) cycle
-        call fatal_error(error, file//': expected a curve that does not cross itself, found a crossing between lines '// &
-          str(line(i))//' and '//str(line(j + 1)))
+        call refuse(error, 'a curve that does not cross itself', &
+          'a crossing between lines '//str(line(i))//' and '//str(line(j + 1)), file)
         return
       end do
     end do
     do i = 2, n - 1
       if (turn(points(:, i - 1), points(:, i), points(:, i + 1)) <= largest_turn) cycle
-      call fatal_error(error, file//', line '//str(line(i))//': expected a curve that turns by at most '// &
-        str(nint(largest_turn/degree))//' degrees at a point, found '// &
-        str(nint(turn(points(:, i - 1), points(:, i), points(:, i + 1))/degree)))
+      call refuse(error, 'a curve that turns by at most '//str(nint(largest_turn/degree))//' degrees at a point', &
+        str(nint(turn(points(:, i - 1), points(:, i), points(:, i + 1))/degree)), file, line(i))
       return
     end do
   end subroutine check_curve

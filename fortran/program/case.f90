@@ -4,6 +4,7 @@
 !> header of the column files and `--help` use this list. Defaults are the values of the call or, where it has none, plain ones.
 !> They stand in the declaration of `case_type`; the default extent of the contact table stands in `contact_law`.
 module case
+  use contact_zones, only: usual_flange_angle
   use kinds, only: dp
   use contact_law, only: extent_type, floored_force
   use system, only: default_folder, last_slash
@@ -49,7 +50,7 @@ module case
     character(text_length) :: formulation = 'elastic'
     real(dp) :: restitution = 1
     character(text_length) :: model = 'halfspace'
-    real(dp) :: flange_angle = 0.4363_dp
+    real(dp) :: flange_angle = usual_flange_angle
     character(text_length) :: influence = 'local'
     real(dp) :: stiffness_scale = 1
     ! &table

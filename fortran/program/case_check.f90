@@ -3,7 +3,7 @@ module case_check
   use, intrinsic :: iso_fortran_env, only: input_unit
   use case, only: admissible, case_type, list_variables, output_path, range_text, right_table_path, text_length, value_text, &
     variable_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use kinds, only: dp
   use system, only: default_folder, lacks_folder, last_slash, scratch_file
   use text, only: lower, str
@@ -13,8 +13,8 @@ module case_check
 
 contains
 
-  !> Check every range, because a case need not come from a file, and the conditions that several
-  !> variables must satisfy together.
+  !> Check every range, because a case need not come from a file, and the conditions that several variables must satisfy
+  !> together.
   subroutine check_case(file, c, error)
     character(*), intent(in) :: file
     type(case_type), target, intent(inout) :: c
@@ -25,34 +25,33 @@ contains
     call list_variables(c, list)
     do k = 1, size(list)
       if (admissible(list(k))) cycle
-      call fatal_error(error, file//', &'//list(k)%group//' '//list(k)%name//': expected '// &
-        trim(range_text(list(k)))//', found '//value_text(list(k)))
+      call refuse(error, trim(range_text(list(k))), value_text(list(k)), file, group=list(k)%group, variable=list(k)%name)
       return
     end do
-    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case name', 'a word that can name a file', &
+    call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case', 'name', 'a word that can name a file', &
       "'"//trim(c%name)//"'")
-    call demand(any(c%order == [2, 4, 6]), 'integrator order', '2, 4 or 6', str(c%order))
-    call demand(c%order == 2 .or. c%beta <= 0, 'integrator beta', '0 with order = '//str(c%order), str(c%beta))
-    call demand(c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator gamma', '0.5 with order = '//str(c%order), str(c%gamma))
-    call demand(c%formulation == 'unilateral' .or. c%restitution >= 1, 'contact restitution', '1, for only formulation = '// &
+    call demand(any(c%order == [2, 4, 6]), 'integrator', 'order', '2, 4 or 6', str(c%order))
+    call demand(c%order == 2 .or. c%beta <= 0, 'integrator', 'beta', '0 with order = '//str(c%order), str(c%beta))
+    call demand(c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator', 'gamma', '0.5 with order = '//str(c%order), str(c%gamma))
+    call demand(c%formulation == 'unilateral' .or. c%restitution >= 1, 'contact', 'restitution', '1, for only formulation = '// &
       '''unilateral'' has impacts', str(c%restitution)//' with '''//trim(c%formulation)//'''')
-    call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact stiffness_scale', &
+    call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact', 'stiffness_scale', &
       '1, for contacts are rigid with formulation = '''//trim(c%formulation)//'''', str(c%stiffness_scale))
-    call demand(c%interval >= c%dt, 'output interval', 'at least the step &integrator dt = '//str(c%dt)//' s', str(c%interval))
-    call demand(c%interval/c%dt <= 1e9_dp, 'integrator dt', 'at most 1e9 steps between rows', str(c%interval/c%dt))
-    call demand(c%interval <= c%t_end, 'output interval', 'at most &integrator t_end = '//str(c%t_end)//' s', str(c%interval))
-    call demand(c%t_end/c%interval <= 1e7_dp, 'output interval', 'at most 1e7 rows up to t_end', str(c%t_end/c%interval))
+    call demand(c%interval >= c%dt, 'output', 'interval', 'at least the step &integrator dt = '//str(c%dt)//' s', str(c%interval))
+    call demand(c%interval/c%dt <= 1e9_dp, 'integrator', 'dt', 'at most 1e9 steps between rows', str(c%interval/c%dt))
+    call demand(c%interval <= c%t_end, 'output', 'interval', 'at most &integrator t_end = '//str(c%t_end)//' s', str(c%interval))
+    call demand(c%t_end/c%interval <= 1e7_dp, 'output', 'interval', 'at most 1e7 rows up to t_end', str(c%t_end/c%interval))
     if (.not. allocated(error)) call check_files(file, c, error)
 
   contains
 
     !> Refuse a variable that does not fit the others, unless one before it was refused.
-    subroutine demand(ok, variable, expected, found)
+    subroutine demand(ok, group, variable, expected, found)
       logical, intent(in) :: ok
-      character(*), intent(in) :: variable, expected, found
+      character(*), intent(in) :: group, variable, expected, found
 
       if (ok .or. allocated(error)) return
-      call fatal_error(error, file//', &'//variable//': expected '//expected//', found '//found)
+      call refuse(error, expected, found, file, group=group, variable=variable)
     end subroutine demand
 
   end subroutine check_case
@@ -66,6 +65,8 @@ contains
       '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
       '&table file of the right side', '&output file']
     integer, parameter :: first_written = 6
+    character(6), parameter :: groups(first_written:size(names)) = [character(6) :: 'table', 'table', 'output']
+    character(18), parameter :: details(first_written:size(names)) = [character(18) :: '', ' of the right side', '']
     character(max(len(file), text_length + 12)) :: paths(size(names))     ! the default output path adds 12 characters
     integer :: i, j
 
@@ -77,8 +78,8 @@ contains
       do j = 1, i - 1
         if (paths(j) == '') cycle
         if (.not. same_file(trim(paths(i)), trim(paths(j)))) cycle
-        call fatal_error(error, file//', '//trim(names(i))//': expected a file of its own, found '// &
-          trim(paths(i))//', which is '//trim(names(j)))
+        call refuse(error, 'a file of its own', trim(paths(i))//', which is '//trim(names(j)), file, group=groups(i), &
+          variable='file', detail=trim(details(i)))
         return
       end do
     end do
@@ -104,9 +105,9 @@ contains
   end function same_file
 
   !> Check before the computation that a file can be written.
-  subroutine check_writable(file, variable, path, error)
-    character(*), intent(in) :: file, variable   !! for the message
-    character(*), intent(in) :: path
+  subroutine check_writable(file, group, path, error)
+    character(*), intent(in) :: file, group      !! for the message
+    character(*), intent(in) :: path             !! the variable `file` of the group
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: first         ! that is written
     type(scratch_file) :: probe
@@ -116,7 +117,7 @@ contains
     if (lacks_folder(path)) first = default_folder
     call probe%begin(first)
     call probe%abandon()
-    if (.not. probe%ok) call fatal_error(error, file//', '//variable//': expected a path that can be written, found '//path)
+    if (.not. probe%ok) call refuse(error, 'a path that can be written', path, file, group=group, variable='file')
   end subroutine check_writable
 
 end module case_check

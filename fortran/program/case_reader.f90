@@ -1,9 +1,9 @@
 !> Read a case from the lines of a namelist file. Fortran's own reading of namelists cannot say where an error is.
 module case_reader
   use case, only: admissible, case_type, list_variables, range_text, text_length, variable_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use kinds, only: dp
-  use text, only: clip, line_type, lower, str, to_real
+  use text, only: clip, line_type, lower, to_real
   implicit none
   private
   public :: read_case
@@ -60,9 +60,9 @@ contains
       if (allocated(error)) return
     end do
     if (reader%group /= '') then
-      call fatal_error(error, file//', &'//reader%group//': expected / at the end of the group, found the end of the file')
+      call refuse(error, '/ at the end of the group', 'the end of the file', file, group=reader%group)
     else if (len_trim(groups_seen) == 0) then
-      call fatal_error(error, file//': expected namelist groups such as &case, found nothing')
+      call refuse(error, 'namelist groups such as &case', 'nothing', file)
     end if
   end subroutine read_case
 
@@ -76,7 +76,7 @@ contains
     integer :: k
 
     if (reader%kind /= plain .or. index(reader%word, '&') /= 1) then
-      call reader%fail('', 'expected a group such as &wheelset', reader%shown, error)
+      call reader%fail('', 'a group such as &wheelset', reader%shown, error)
       return
     end if
     group = lower(reader%word(2:))
@@ -86,9 +86,9 @@ contains
       do k = 1, size(list)
         if (index(names//' ', ' &'//list(k)%group//' ') == 0) names = names//' &'//list(k)%group
       end do
-      call reader%fail('', 'expected one of'//names, reader%word, error)
+      call reader%fail('', 'one of'//names, reader%word, error)
     else if (index(groups_seen, ' '//group//' ') > 0) then
-      call reader%fail('', 'expected each group once', 'a second '//reader%word, error)
+      call reader%fail('', 'each group once', 'a second '//reader%word, error)
     end if
     groups_seen = groups_seen//group//' '
   end subroutine open_group
@@ -111,18 +111,18 @@ contains
       do j = 1, size(list)
         if (list(j)%group == reader%group) names = names//' '//list(j)%name
       end do
-      call reader%fail('', 'expected one of'//names, name, error)
+      call reader%fail('', 'one of'//names, name, error)
       return
     end if
     if (seen(k)) then
-      call reader%fail(name, 'expected once', 'a second time', error)
+      call reader%fail(name, 'once', 'a second time', error)
       return
     end if
     seen(k) = .true.
     call reader%next(error)
     if (allocated(error)) return
     if (reader%kind /= mark .or. reader%word /= '=') then
-      call reader%fail(name, 'expected =', reader%shown, error)
+      call reader%fail(name, '=', reader%shown, error)
       return
     end if
     call reader%next(error)
@@ -148,7 +148,7 @@ contains
       if (ok .and. associated(variable%x)) variable%x = x
     end if
     if (ok) ok = admissible(variable)
-    if (.not. ok) call reader%fail(variable%name, 'expected '//trim(range_text(variable)), reader%shown, error)
+    if (.not. ok) call reader%fail(variable%name, trim(range_text(variable)), reader%shown, error)
   end subroutine set_value
 
   !> Go to the next word: plain text, a quoted text, or one of = , /.
@@ -200,7 +200,7 @@ contains
     do
       length = index(t(this%column + 1:), quote) - 1
       if (length < 0) then
-        call this%fail('', 'expected a closing quote', t(from:), error)
+        call this%fail('', 'a closing quote', t(from:), error)
         return
       end if
       this%word = this%word//t(this%column + 1:this%column + length)
@@ -214,15 +214,11 @@ contains
     class(reader_type), intent(in) :: this
     character(*), intent(in) :: name, expected, found
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: position, quote
     integer :: at
 
     at = min(this%line, size(this%lines))
-    quote = trim(adjustl(this%lines(at)%text))
-    position = this%file//', line '//str(at)
-    if (this%group /= '') position = position//', &'//clip(this%group)
-    if (name /= '') position = position//' '//name
-    call fatal_error(error, position//': '//expected//', found '//clip(found)//'  ['//clip(quote)//']')
+    call refuse(error, expected, clip(found), this%file, at, clip(this%group), name, &
+      rest='  ['//clip(adjustl(this%lines(at)%text))//']')
   end subroutine fail
 
 end module case_reader

@@ -129,7 +129,7 @@ contains
     type(error_type), allocatable, intent(inout) :: error
 
     if (this%file%ok) return
-    call fatal_error(error, this%file%name//': '//failure)
+    call fatal_error(error, failure, this%file%name)
     call this%file%abandon()
   end subroutine check
 

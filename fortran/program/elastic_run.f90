@@ -3,7 +3,7 @@ module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use rigid_geometry, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
-  use errors, only: error_type, fatal_error
+  use errors, only: append_advice, error_type, fatal_error, refuse
   use kinds, only: dp
   use motion_state, only: motion_type
   use cut_steps, only: cut_step, cutting_type, short_step, step_watcher
@@ -46,8 +46,8 @@ contains
         motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
       end if
       if (ieee_is_nan(motion%v(3))) then
-        call fatal_error(error, '&initial Y = '//str(c%y)//' m: expected a wheelset that can stand on both rails, for '// &
-          'roll_link = ''rails'', found that it cannot; choose a Y nearer to 0')
+        call refuse(error, 'a wheelset that can stand on both rails, for roll_link = ''rails''', 'that it cannot', &
+          group='initial', variable='Y', detail=' = '//str(c%y)//' m', rest='; choose a Y nearer to 0')
         return
       end if
       call evaluate_contacts(setup%wheelset, motion, status)
@@ -135,31 +135,32 @@ contains
     real(dp), intent(in) :: step                 !! [s]
     integer, intent(in) :: status                !! of `integrators` or `contact_table`
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: reason
+    character(:), allocatable :: there
 
-    select case (status)
-    case (outside_lateral)
-      reason = '&table lateral = '//str(monitor%c%extent%lateral)// &
-        ' m: expected wheels that the contact table covers, found one farther away'
-    case (outside_roll)
-      reason = '&table roll = '//str(monitor%c%extent%roll)// &
-        ' rad: expected roll angles that the contact table covers, found a larger one'
-    case (outside_depth)
-      reason = '&table depth = '//str(monitor%c%extent%depth)// &
-        ' m: expected penetrations that the contact table covers, found a deeper one'
-    case (outside_law)
-      reason = '&table: expected a contact table whose forces push, found a pose in which its force pulls'
-    case (step_diverged)
-      reason = '&integrator dt = '//str(step)//' s: expected Newton''s method to solve a step within '// &
-        str(monitor%c%max_iterations)//' iterations and '//str(monitor%c%max_halvings)// &
-        ' halvings of the step, found that it does not'
-    case default
-      reason = 'expected a step that the integrator can make, found none'
-    end select
-    reason = reason//trim(instant(motion, monitor%setup%equilibrium))
-    if (step > monitor%run%stable_step) reason = reason//'; &integrator dt must be less than '//str(monitor%run%stable_step)// &
-      ' s to be stable'
-    call fatal_error(error, reason)
+    there = trim(instant(motion, monitor%setup%equilibrium))
+    associate (c => monitor%c)
+      select case (status)
+      case (outside_lateral)
+        call refuse(error, 'wheels that the contact table covers', 'one farther away'//there, &
+          group='table', variable='lateral', detail=' = '//str(c%extent%lateral)//' m')
+      case (outside_roll)
+        call refuse(error, 'roll angles that the contact table covers', 'a larger one'//there, &
+          group='table', variable='roll', detail=' = '//str(c%extent%roll)//' rad')
+      case (outside_depth)
+        call refuse(error, 'penetrations that the contact table covers', 'a deeper one'//there, &
+          group='table', variable='depth', detail=' = '//str(c%extent%depth)//' m')
+      case (outside_law)
+        call refuse(error, 'a contact table whose forces push', 'a pose in which its force pulls'//there, group='table')
+      case (step_diverged)
+        call refuse(error, 'Newton''s method to solve a step within '//str(c%max_iterations)//' iterations and '// &
+          str(c%max_halvings)//' halvings of the step', 'that it does not'//there, &
+          group='integrator', variable='dt', detail=' = '//str(step)//' s')
+      case default
+        call refuse(error, 'a step that the integrator can make', 'none'//there)
+      end select
+    end associate
+    if (step > monitor%run%stable_step) &
+      call append_advice(error, '&integrator dt must be less than '//str(monitor%run%stable_step)//' s to be stable')
   end subroutine report_failure
 
 end module elastic_run

@@ -13,13 +13,12 @@ module largest_pressure
   use motion_state, only: motion_type
   use patch_grids, only: elements_type
   use wheel_rail_pair, only: mirror, rolled
-  use wheelset, only: left_flange, left_tread, right_flange, right_tread
+  use wheelset, only: flanges, right_tread, treads
   implicit none
   private
   public :: hardest_rows, moment_type, pressure_type, flange_pressure, has_pressures, find_pressures, grids
 
   integer, parameter :: coarse(2) = [6, 24], fine(2) = [12, 48]   !! elements over x > 0 and s of a patch
-  integer, parameter :: of_side(2, 2) = reshape([left_tread, left_flange, right_tread, right_flange], [2, 2])
 
   !> A moment of a contact.
   type :: moment_type
@@ -145,7 +144,7 @@ contains
     call curve_point(side%pair%wheel, patch(g)%peak_s, i, r, d1, d2)
     r = rolled(r, sign*moment%q(3))
     largest = pressure_type(patch(g)%largest, moment%t, moment%q(:2) + [sign*r(1), r(2)], &
-      of_side(merge(2, 1, patch(g)%flange), wheel))
+      merge(flanges(wheel), treads(wheel), patch(g)%flange))
     associate (mine => patch(:n)%flange)
       if (any(mine)) flange = flange_pressure(maxval(patch(:n)%largest, mine), sum(patch(:n)%area, mine), &
         maxval(patch(:n)%approach, mine))

@@ -5,7 +5,7 @@ program ldbench
   use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
   use case_check, only: check_case, check_writable
   use case_reader, only: read_case
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, fatal_error, place_error
   use kinds, only: version
   use column_files, only: begin_columns, column_file, finish_columns
   use progress, only: terminal_monitor
@@ -66,9 +66,9 @@ contains
     call read_lines(path, lines, error)
     if (.not. allocated(error)) call read_case(file, lines, c, error)
     if (.not. allocated(error)) call check_case(file, c, error)
-    if (.not. allocated(error)) call check_writable(file, '&output file', trim(output_path(c)), error)
-    if (.not. allocated(error)) call check_writable(file, '&table file', trim(c%table_file), error)
-    if (.not. allocated(error)) call check_writable(file, '&table file', right_table_path(c), error)
+    if (.not. allocated(error)) call check_writable(file, 'output', trim(output_path(c)), error)
+    if (.not. allocated(error)) call check_writable(file, 'table', trim(c%table_file), error)
+    if (.not. allocated(error)) call check_writable(file, 'table', right_table_path(c), error)
     if (allocated(error)) return
     call prepare(c, setup, error)
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
@@ -82,7 +82,7 @@ contains
       call answer(text)
     end if
     call free_tables(setup)
-    if (allocated(error)) error%message = file//merge(', ', ': ', index(error%message, '&') == 1)//error%message
+    if (allocated(error)) call place_error(error, file)
   end subroutine run
 
   !> Write a text to standard output.
@@ -91,7 +91,7 @@ contains
     logical :: ok
 
     call write_output(text, ok)
-    if (.not. ok) call fatal_error(error, 'standard output: cannot be written completely')
+    if (.not. ok) call fatal_error(error, 'cannot be written completely', 'standard output')
   end subroutine answer
 
   subroutine help(lines)

@@ -48,8 +48,11 @@ contains
       if (mark == 0) cycle
       shown = x(k)
       if (present(factor)) shown = factor*x(k)
-      if (present(form)) call this%append(rest(:mark), rounded(shown, form))
-      if (.not. present(form)) call this%append(rest(:mark), shortest(shown))
+      if (present(form)) then
+        call this%append(rest(:mark), rounded(shown, form))
+      else
+        call this%append(rest(:mark), shortest(shown))
+      end if
       rest = rest(mark + 1:)
     end do
     call this%add_entry(name, value(3:), unit)

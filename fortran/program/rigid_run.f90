@@ -1,6 +1,6 @@
 !> Steps of a run with rigid contacts.
 module rigid_run
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use events, only: never
   use force_peaks, only: passed_peak
   use kinds, only: dp
@@ -125,17 +125,23 @@ contains
     type(motion_type), intent(in) :: motion
     integer, intent(in) :: status                !! of `rigid_motion`
     type(error_type), allocatable, intent(out) :: error
-    character(:), allocatable :: reason
+    character(:), allocatable :: detail, expected, found
 
     select case (status)
     case (path_ends)
-      reason = 'formulation = ''bilateral'': expected a path on which both wheels stay on their rails, found its end'
+      detail = 'formulation = ''bilateral'''
+      expected = 'a path on which both wheels stay on their rails'
+      found = 'its end'
     case (no_solution)
-      reason = 'formulation = ''unilateral'': expected impulses of at most three contacts that end an impact, found none,'
+      detail = 'formulation = ''unilateral'''
+      expected = 'impulses of at most three contacts that end an impact'
+      found = 'none,'
     case default
-      reason = 'formulation = ''unilateral'': expected time between impacts, found one impact after another at once,'
+      detail = 'formulation = ''unilateral'''
+      expected = 'time between impacts'
+      found = 'one impact after another at once,'
     end select
-    call fatal_error(error, reason//instant(motion, setup%equilibrium))
+    call refuse(error, expected, found//instant(motion, setup%equilibrium), detail=detail)
   end subroutine report_failure
 
 end module rigid_run

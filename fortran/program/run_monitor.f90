@@ -12,7 +12,7 @@ module run_monitor
   use row_sink, only: on_grid, row_queue, row_writer
   use run_setup, only: setup_type
   use text, only: str
-  use wheelset, only: closed, left_flange, right_flange
+  use wheelset, only: closed, flanges, outwards
   implicit none
   private
   public :: run_type, run_monitor_type, normal_forces, instant
@@ -165,18 +165,17 @@ contains
   subroutine note_turn(this, old, new)
     class(run_monitor_type), intent(inout) :: this
     type(motion_type), intent(in) :: old, new
-    integer, parameter :: flange(2) = [left_flange, right_flange], outwards(2) = [1, -1]
     real(dp) :: dt, u, force(4, 2)
     integer :: k
 
     do k = 1, 2
-      if (this%run%turn_impulse(k) >= 0 .or. this%run%log%touched(flange(k)) >= never .or. outwards(k)*new%v(1) > 0) cycle
+      if (this%run%turn_impulse(k) >= 0 .or. this%run%log%touched(flanges(k)) >= never .or. outwards(k)*new%v(1) > 0) cycle
       dt = new%t - old%t
       u = 1
       if (outwards(k)*old%v(1) > 0 .and. .not. any(new%contact%struck)) &
         u = turning_share(old%v(1), new%v(1), dt*old%a(1), dt*new%a(1))
       force = reshape([normal_forces(old), normal_forces(new)], [4, 2])
-      associate (j => flange(k))
+      associate (j => flanges(k))
         this%run%turn_impulse(k) = cubic(old%push(j), new%push(j), dt*force(j, 1), dt*force(j, 2), u) - this%push_before(j)
       end associate
     end do
@@ -214,7 +213,7 @@ contains
     class(run_monitor_type), intent(inout) :: this
 
     if (has_pressures(this%c)) call find_pressures(this%c, this%setup%side, this%hardest, &
-      this%first_peak([left_flange, right_flange]), this%run%pressure, this%run%flange)
+      this%first_peak(flanges), this%run%pressure, this%run%flange)
   end subroutine press
 
   !> Accuracy of the contact forces of the run that has ended.

@@ -12,7 +12,7 @@ module run_results
   use run_setup, only: setup_type
   use table_results, only: list_accuracy, list_tables, list_work
   use text, only: joined, str
-  use wheelset, only: contact_name
+  use wheelset, only: contact_name, flanges
   implicit none
   private
   public :: describe_setup, describe_results, summary
@@ -49,9 +49,11 @@ contains
     call list_variables(copy, list)
     group = ''
     do k = 1, size(list)
-      if (list(k)%group /= group .and. k > 1) lines = lines//'/'//newline
-      if (list(k)%group /= group) lines = lines//'&'//list(k)%group//newline
-      group = list(k)%group
+      if (list(k)%group /= group) then
+        if (k > 1) lines = lines//'/'//newline
+        group = list(k)%group
+        lines = lines//'&'//group//newline
+      end if
       lines = lines//'  '//list(k)%name//' = '//trim(value_text(list(k)))
       if (list(k)%unit /= '' .and. list(k)%unit /= '1') lines = lines//'  ! '//list(k)%unit
       lines = lines//newline
@@ -183,8 +185,10 @@ contains
     call items%add('kinetic_energy', [run%kinetic_energy], 'J, initial, of lateral, vertical and roll motion')
     reference = run%kinetic_energy
     words = ', relative to the initial kinetic energy: #'
-    if (reference <= 0) reference = run%largest_work
-    if (run%kinetic_energy <= 0) words = ', relative to the largest work of the lateral force: #'
+    if (run%kinetic_energy <= 0) then
+      reference = run%largest_work
+      words = ', relative to the largest work of the lateral force: #'
+    end if
     if (reference > 0) then
       call items%add('drift_reference', [reference], 'J')
       call items%add('drift_relative', [run%drift/reference], '', words, scientific)
@@ -279,7 +283,8 @@ contains
       end associate
     end do
     do k = 1, 2
-      if (run%turn_impulse(k) >= 0) call items%add('turn_impulse_'//contact_name(2*k), run%turn_impulse(k:k), &
+      if (run%turn_impulse(k) < 0) cycle
+      call items%add('turn_impulse_'//contact_name(flanges(k)), run%turn_impulse(k:k), &
         'N s, of the flange until the wheelset moves back')
     end do
   end subroutine list_first_contacts
@@ -300,7 +305,7 @@ contains
       end if
     end associate
     do k = 1, 2
-      associate (flange => run%flange(k), name => contact_name(2*k))
+      associate (flange => run%flange(k), name => contact_name(flanges(k)))
         if (.not. flange%largest > 0) cycle
         call items%add('pmax_'//name, [flange%largest], 'Pa, at the first peak')
         call items%add('patch_'//name, [flange%area], 'm2, area of all patches then')
@@ -318,6 +323,7 @@ contains
     integer :: k, i, impacts
 
     impacts = 0
+    name = ''
     call items%append('events:'//newline)
     do k = 1, log%n
       associate (event => log%list(k))
@@ -429,8 +435,10 @@ contains
         cut = index(lines(start + blanks:start + width), ' ', back=.true.)
         if (cut == 0) cut = index(lines(start + blanks:start + length - 1), ' ')      ! a long word
         broken = cut > 0
-        if (broken) length = blanks + cut - 1
-        if (broken) lines = lines(:start + length - 1)//newline//repeat(' ', indent)//lines(start + length + 1:)
+        if (broken) then
+          length = blanks + cut - 1
+          lines = lines(:start + length - 1)//newline//repeat(' ', indent)//lines(start + length + 1:)
+        end if
       end if
       start = start + length + 1
     end do

@@ -3,8 +3,8 @@ module run_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use both_rails, only: largest_force_on_rails, rest_on_rails
   use case, only: case_type
-  use contact_zones, only: find_zones, least_turn, side_type
-  use errors, only: error_type, fatal_error
+  use contact_zones, only: find_zones, least_turn, side_type, threshold_at
+  use errors, only: error_type, place_error, refuse
   use rigid_geometry, only: clearance, rigid_contact
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
@@ -66,9 +66,9 @@ contains
       if (k == 1) call clearance(setup%side, setup%side(k)%clearance, ok)
       if (k == 2) call clearance(setup%side(2:1:-1), setup%side(k)%clearance, ok)
       if (ok) cycle
-      call fatal_error(error, '&track gauge = '//str(c%gauge)//' m with &wheelset back_to_back = '// &
-        str(c%back_to_back)//' m: expected a flange clearance between 0 and 0.05 m, found no flange contact there; '// &
-        'correct gauge, back_to_back or the profiles')
+      call refuse(error, 'a flange clearance between 0 and 0.05 m', 'no flange contact there', group='track', variable='gauge', &
+        detail=' = '//str(c%gauge)//' m with &wheelset back_to_back = '//str(c%back_to_back)//' m', &
+        rest='; correct gauge, back_to_back or the profiles')
       return
     end do
     setup%centred = [0.0_dp, setup%side(1)%pair%axle_height, 0.0_dp]
@@ -76,8 +76,8 @@ contains
       setup%side(2)%clearance = setup%side(1)%clearance
     else
       call rigid_contact(setup%side, 0.0_dp, setup%centred(3), setup%centred(2), station, ok)
-      if (.not. ok) call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected profiles on '// &
-        'which the centred wheelset stands on both rails, found that it cannot')
+      if (.not. ok) call refuse(error, 'profiles on which the centred wheelset stands on both rails', 'that it cannot', &
+        group='profiles', variable='wheel_profile_right', detail=', rail_profile_right')
     end if
 
   contains
@@ -100,11 +100,11 @@ contains
           call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
             c%rolling_radius, side%pair, error)
         end if
-        if (allocated(error) .and. faulty /= '') error%message = '&profiles '//faulty//': '//error%message
+        if (allocated(error) .and. faulty /= '') call place_error(error, group='profiles', variable=faulty)
         if (allocated(error)) return
         ! A rigid wheel touches at a point on either side of any arc.
         call find_zones(side%pair, merge(least_turn, 0.0_dp, c%formulation == 'elastic'), side%zones)
-        side%threshold = [cos(c%flange_angle), sin(c%flange_angle)]
+        side%threshold = threshold_at(c%flange_angle)
       end associate
     end subroutine place_side
 
@@ -132,9 +132,9 @@ contains
       setup%equilibrium = setup%centred
       call settle(setup%wheelset, setup%equilibrium, ok)
       if (.not. ok) then
-        call fatal_error(error, '&wheelset vertical_load = '//str(c%vertical_load)// &
-          ' N: expected an equilibrium with penetrations up to &table depth = '//str(c%extent%depth)// &
-          ' m, found none; lower the load or raise the depth')
+        call refuse(error, 'an equilibrium with penetrations up to &table depth = '//str(c%extent%depth)//' m', 'none', &
+          group='wheelset', variable='vertical_load', detail=' = '//str(c%vertical_load)//' N', &
+          rest='; lower the load or raise the depth')
         return
       end if
       setup%rest = setup%equilibrium
@@ -146,8 +146,8 @@ contains
         setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&profiles wheel_profile_right, rail_profile_right: expected profiles on '// &
-        'which the wheelset rests between its flanges, found no equilibrium there')
+      call refuse(error, 'profiles on which the wheelset rests between its flanges', 'no equilibrium there', &
+        group='profiles', variable='wheel_profile_right', detail=', rail_profile_right')
       return
     end if
     do k = 1, merge(1, 2, setup%symmetric)

@@ -154,8 +154,10 @@ contains
         if (ok) exit
       end do
       if (.not. ok) return
-      if (i < size(strides)) here = from
-      if (i < size(strides)) g = g_before
+      if (i < size(strides)) then
+        here = from
+        g = g_before
+      end if
     end do
     ! Between both poses, and in a corner, where two contacts of the wheel share the weight, the moments balance.
     g = (g_before*g(3) - g*g_before(3))/(g(3) - g_before(3))

@@ -14,7 +14,7 @@ module gap_functions
   use kinds, only: dp
   use station_scan, only: deepest, new_scan, scan_depth, scan_type
   use wheel_rail_pair, only: mirror, rolled
-  use wheelset, only: left_flange, left_tread, right_flange, right_tread
+  use wheelset, only: flanges, left_tread, treads
   implicit none
   private
   public :: gap_type, contacts_type, new_contacts, search_stations, find_gap, accept_depth, clear_point, tightest
@@ -175,8 +175,7 @@ contains
     end do
 
     c%gap = c%gap - c%lowest
-    c%contact = merge(merge(left_flange, right_flange, c%wheel == 1), merge(left_tread, right_tread, c%wheel == 1), &
-      is_flange(side(c%wheel), n, c%s))
+    c%contact = merge(flanges(c%wheel), treads(c%wheel), is_flange(side(c%wheel), n, c%s))
     c%rim = c%edge .and. c%last == size(side(c%wheel)%pair%s) .and. c%s >= ends(2)
     spin = [t(1), t(2), x(1)*t(2) - x(2)*t(1)]
     c%gradient = [n(1), n(2), x(1)*n(2) - x(2)*n(1)]

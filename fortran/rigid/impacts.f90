@@ -8,8 +8,8 @@
 !>
 !> which conserves energy for e = 1 and, for e = 0, projects the velocity onto what the contacts admit.
 !>
-!> Accumulating impacts: an approach slower than `resting` ends in contact (e = 0).  Which of the contacts
-!> at rest carry a force is the same complementarity problem for forces and accelerations.
+!> Accumulating impacts: an approach slower than `resting` ends in contact (e = 0). Which of the contacts at rest carry a
+!> force is the same complementarity problem for forces and accelerations.
 module impacts
   use complementarity, only: solve_complementarity
   use constraint_forces, only: closing_forces, convective_acceleration, couplings, most_closed, set_state

@@ -6,7 +6,7 @@ module rigid_motion
   use both_rails, only: stand_at
   use constraint_forces, only: tangent
   use contact_zones, only: side_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use gap_functions, only: new_contacts, search_stations
   use impacts, only: resolve_contacts, set_forces, touching
   use kinds, only: dp
@@ -72,16 +72,14 @@ contains
       given = mirror*given
       centred = mirror*centred
       rate = mirror*rate
-    end if
-    if (r%mirrored) then
       call start_own(side(2:1:-1), centred, farthest, given, rate, r, ok)
     else
       call start_own(side, centred, farthest, given, rate, r, ok)
     end if
     if (.not. ok) then
-      call fatal_error(error, '&initial Y = '//str(offset(1))//' m: expected a wheelset that can stand on both rails, '// &
-        'for formulation = '''//trim(merge('bilateral ', 'unilateral', rule%bilateral))// &
-        ''', found that it cannot; choose a Y nearer to 0')
+      call refuse(error, 'a wheelset that can stand on both rails, for formulation = '''// &
+        trim(merge('bilateral ', 'unilateral', rule%bilateral))//'''', 'that it cannot', &
+        group='initial', variable='Y', detail=' = '//str(offset(1))//' m', rest='; choose a Y nearer to 0')
       return
     end if
     motion = to_case(r%state%motion, r%mirrored)

@@ -33,8 +33,12 @@ contains
     held = contacts%c
     call search_stations(side, q, contacts)
     do k = 1, contacts%n
-      nearest = merge(contacts%n + k, k, closed(contacts%n + k) .and. .not. closed(k))
-      second = 2*k + contacts%n - nearest
+      nearest = k
+      second = contacts%n + k
+      if (closed(second) .and. .not. closed(nearest)) then
+        nearest = contacts%n + k
+        second = k
+      end if
       found = contacts%c(k)
       if (closed(nearest)) then
         contacts%c(nearest) = held(nearest)
@@ -138,7 +142,9 @@ contains
 
     n = size(c)/2
     do k = 1, n
-      if (c(k)%absent .or. c(n + k)%absent .or. abs(c(k)%s - c(n + k)%s) > least_distance .or. closed(k) .and. closed(n + k)) cycle
+      if (c(k)%absent .or. c(n + k)%absent) cycle
+      if (closed(k) .and. closed(n + k)) cycle
+      if (abs(c(k)%s - c(n + k)%s) > least_distance) cycle
       call clear_point(c(merge(k, n + k, closed(n + k))))
     end do
   end subroutine drop_merged_rivals

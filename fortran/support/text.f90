@@ -6,7 +6,7 @@
 module text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, fatal_error, refuse
   use kinds, only: dp
   use system, only: read_file
   implicit none
@@ -36,8 +36,8 @@ contains
     end do
   end function lower
 
-  !> Convert a word to a number.  Unlike a list-directed read, the procedure takes the whole word
-  !> or nothing: it refuses `1568kg`, `1/2`, `NaN` and `1e999`.
+  !> Convert a word to a number. Unlike a list-directed read, the procedure takes the whole word or nothing: it refuses
+  !> `1568kg`, `1/2`, `NaN` and `1e999`.
   pure subroutine to_real(word, x, ok)
     character(*), intent(in) :: word
     real(dp), intent(out) :: x
@@ -173,7 +173,7 @@ contains
     type(line_type), allocatable, intent(out) :: lines(:)
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: bytes, name
-    logical :: folder, opened, ok
+    logical :: folder, there, opened, ok
 
     name = path
     if (path == '-') name = 'standard input'
@@ -184,11 +184,13 @@ contains
     end if
     inquire (file=path//'/.', exist=folder)    ! only here, because Windows answers so for any file
     if (folder) then
-      call fatal_error(error, name//': expected a file, found a folder')
+      call refuse(error, 'a file', 'a folder', name)
     else if (.not. opened) then
-      call fatal_error(error, name//': cannot be opened for reading')
+      call fatal_error(error, 'cannot be opened for reading', name)
+      inquire (file=path, exist=there)
+      error%missing = .not. there
     else
-      call fatal_error(error, name//': cannot be read completely')
+      call fatal_error(error, 'cannot be read completely', name)
     end if
   end subroutine read_lines
 
@@ -231,8 +233,7 @@ contains
     end do
   end function joined
 
-  !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as
-  !> eight hexadecimal digits.
+  !> CRC-32 (ISO 3309) of some lines, tabs counted as blanks and line ends as one newline, as eight hexadecimal digits.
   pure function checksum(lines) result(hex)
     type(line_type), intent(in) :: lines(:)
     character(8) :: hex

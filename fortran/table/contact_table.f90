@@ -5,8 +5,8 @@
 !> threshold of the case, or if it is on the flange's tip.
 module contact_table
   use bspline, only: axis_basis, axis_cell, axis_holds, axis_type
-  use contact_zones, only: max_zones
   use contact_law, only: law_type
+  use contact_zones, only: is_steep, max_zones, usual_flange_angle
   use kinds, only: dp
   use zone_coupling, only: add_coupling, coupling_type, find_influence, pair_table, press_together
   use zone_tables, only: find_touching, gap_type, inside, outside_roll, roll_type, touching_type, zone_potential, zone_table
@@ -19,7 +19,7 @@ module contact_table
     type(axis_type) :: roll             !! roll angle of all zones [rad]
     type(zone_table), allocatable :: zones(:)
     type(pair_table), allocatable :: pairs(:)   !! not allocated if zones do not act on each other
-    real(dp) :: threshold(2) = [0.9063_dp, 0.4226_dp]   !! cosine and sine of the least contact angle of a flange contact
+    real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`, as of the side
     type(law_type) :: law               !! what the table tabulates
     integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
     integer :: found = 0, kept = 0      !! of them, read from the file, and now in the file
@@ -116,12 +116,12 @@ contains
     end do
   end subroutine find_zones_touching
 
-  !> Whether a zone's contact is the flange's: its contact angle is at least the threshold, or it is on the flange's tip.
+  !> Whether a zone's contact is the flange's, as `is_flange` says.
   pure logical function on_flange(t, z)
     type(table_type), intent(in) :: t
     type(touching_type), intent(in) :: z
 
-    on_flange = z%gradient(1)*t%threshold(1) + z%gradient(2)*t%threshold(2) >= 0 .or. z%u > t%zones(z%zone)%tip
+    on_flange = is_steep(t%threshold, -z%gradient(:2)) .or. z%u > t%zones(z%zone)%tip
   end function on_flange
 
 end module contact_table

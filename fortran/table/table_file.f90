@@ -5,7 +5,7 @@
 module table_file
   use, intrinsic :: iso_fortran_env, only: int64
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, fatal_error, refuse
   use kinds, only: dp
   use contact_table, only: table_type
   use system, only: scratch_file
@@ -42,7 +42,7 @@ contains
     call out%begin(file)
     call out%put(transfer(s%word(:s%n), repeat(' ', 8*s%n)))
     call out%finish()
-    if (.not. out%ok) call fatal_error(error, '&table file = '//file//': cannot be written')
+    if (.not. out%ok) call fatal_error(error, 'cannot be written', group='table', variable='file', detail=' = '//file)
     if (out%ok) table%kept = table%solutions(1)
   end subroutine save_values
 
@@ -65,8 +65,8 @@ contains
     n = int(min(bytes, len(kind, int64)))
     read (unit, iostat=stat) mark(:n)
     if (stat /= 0 .or. mark(:n) /= kind(:n)) then
-      call fatal_error(error, '&table file = '//file//': expected a contact table or no file, '// &
-        'found a file of another kind; name another one')
+      call refuse(error, 'a contact table or no file', 'a file of another kind', &
+        group='table', variable='file', detail=' = '//file, rest='; name another one')
     else if (n == len(kind) .and. modulo(bytes, 8_int64) == 0) then
       allocate (s%word(bytes/8), stat=stat)
       if (stat == 0) read (unit, pos=1, iostat=stat) s%word
@@ -168,7 +168,8 @@ contains
   end subroutine pass_text
 
   !> Return a number that changes with every word. Between two words the generator xorshift64 makes a step (G. Marsaglia,
-  !> J. Stat. Softw. 8 (2003) 14), which is invertible and has the period 2^64 - 1.
+  !> J. Stat. Softw. 8 (2003) 14), which is invertible and has the period 2^64 - 1.  The CRC-32 of profiles, which a user can
+  !> check, takes nine times as long with a table of its bytes, and is not needed here.
   pure integer(int64) function checksum(word) result(mix)
     integer(int64), intent(in) :: word(:)
     integer :: i

@@ -276,7 +276,7 @@ def test_pictures_of_two_sides(two_runs: tuple[RunData, RunData]):
     it, to what is between its points."""
     run = two_runs[0]
     placed, remark = run_outlines(run)
-    assert remark == "" and (placed.axle, placed.roll) == (run.result("axle_height"), run.result("axle_roll"))
+    assert remark == "" and (placed.axle, placed.roll) == (run.results["axle_height"], run.results["axle_roll"])
     assert placed.left.wheel.shape != placed.right.wheel.shape
     rigid, table = case_outlines(run.case), table_of()
     sunk, rolled = rigid.axle - placed.axle, rigid.roll - placed.roll

@@ -1,6 +1,7 @@
 """What an installation holds and asks for: optional packages, data files, the version."""
 from __future__ import annotations
 
+import ast
 import json
 import re
 import subprocess
@@ -39,6 +40,44 @@ def test_missing_package_is_one_line_with_the_command(module, extra, command, tm
     assert said.out == "" and [path.name for path in tmp_path.iterdir()] == ["case.nml"]
     package = re.search(r"needs ([\w-]+)", said.err)[1]
     assert any(package in requirement for requirement in PROJECT["optional-dependencies"][extra])
+
+
+EVERYWHERE = "wrappers", "tests", "docs", "profiles"
+# Imported for types alone, by names that mypy brings.
+TYPES = {"-typeshed", "typing-extensions"}
+# Run as commands or as plug-ins of pytest, and imported by nobody.
+COMMANDS = {"meson", "meson-python", "ninja", "pytest-randomly", "pytest-xdist", "ruff", "mypy", "codespell"}
+
+
+def package_name(text: str) -> str:
+    """The package of a requirement or of a module."""
+    return {"PIL": "pillow"}.get(text, re.match(r"[\w.-]+", text)[0].lower().replace("_", "-"))
+
+
+def imported(*folders: str) -> set[str]:
+    """Packages of others that the programs of some folders import, also by `needed`."""
+    sources = [file.read_text(encoding="utf-8") for folder in folders for file in (REPO/folder).rglob("*.py")]
+    found = set()
+    for node in (node for source in sources for node in ast.walk(ast.parse(source))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add(node.module)
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "needed":
+            found.add(node.args[0].value)
+    own = {file.stem for folder in EVERYWHERE for file in (REPO/folder).rglob("*.py")} | {"ldbench", "ldbench_round"}
+    return {package_name(name) for name in {name.partition(".")[0] for name in found} - own - sys.stdlib_module_names} - TYPES
+
+
+def test_what_is_imported_is_declared_and_the_reverse():
+    """pyproject.toml names what the packages import; requirements.txt besides what tests and docs import, and commands."""
+    extras = [requirement for some in PROJECT["optional-dependencies"].values() for requirement in some]
+    declared = {package_name(name) for requirement in PROJECT["dependencies"] + extras
+                for name in re.findall(r"[\w-]+", re.split("[>;]", requirement)[0])}
+    assert imported("wrappers") == declared
+    installed = set(map(package_name, (REPO/"requirements.txt").read_text().splitlines()[1:]))
+    sphinx = {"sphinx"}         # of the tools, which have an environment of their own
+    assert imported(*EVERYWHERE) - sphinx == installed - COMMANDS and installed >= COMMANDS
 
 
 def test_version_has_one_place(capsys):

@@ -21,7 +21,7 @@ from ldbench.results.summary import summary_row
 from ldbench.runs import compute
 from ldbench_round.round_numbers import numbers_of
 from ldbench_round.tasks import Task
-from running import CASES, Run
+from running import CASES, Run, with_kept_table
 
 RIGHT_SW = {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz"}
 TIMES = *(f"t_first_{contact}" for contact in CONTACTS), "t_first_centre", "t_return"
@@ -90,7 +90,7 @@ def test_rows_of_a_ramp_tell_the_derailment(name: str, shipped: dict[str, Run]):
     {"vY": -0.5}, RIGHT_SW | {"vY": 0.8}, {"vY": 0.0, "lateral_ramp": -4e5, "t_end": 2.0, "stop_at": "derailment"}],
     ids=["to the right", "sides that differ", "ramp to the right"])
 def test_rows_know_left_from_right(changes: dict[str, Any]):
-    run = compute(Case.exercise(2).replace(**COARSE | changes, dt=1e-5, interval=5e-5))
+    run = compute(with_kept_table(Case.exercise(2).replace(**COARSE | changes, dt=1e-5, interval=5e-5)))
     core, rows = assert_rows_tell(run)
     assert_near(("t_derailment", "t_unloaded"), core, rows, absolute=2e-5)
     assert_near(("F_derailment", "F_unloaded"), core, rows, absolute=10.0)
@@ -114,7 +114,7 @@ def test_rows_tell_impacts_that_take_no_time(rule: dict[str, Any]):
 def test_a_return_after_many_passages_is_one_time(tmp_path: Path):
     """The wheel on the right touches after ten passages of the centre, of which the file lists five. Summary, comparison, collation
     and column file have one return, that of the core; it does not depend on what ends the run."""
-    case = Case(**COARSE | RIGHT_SW, vY=0.04785, roll_link="rails", t_end=9.0, dt=1e-4, interval=1e-2)
+    case = with_kept_table(Case(**COARSE | RIGHT_SW, vY=0.04785, roll_link="rails", t_end=9.0, dt=1e-4, interval=1e-2))
     run, longer = (compute(case.replace(stop_at=stop)) for stop in ("return_to_centre", "t_end"))
     back = run.results["t_return"]
     listed = [event.t for event in run.events if event.kind == "centre passage"]

@@ -13,7 +13,6 @@ import sys
 import zlib
 from pathlib import Path
 
-import f90nml
 import numpy as np
 import pytest
 
@@ -21,7 +20,7 @@ import ldbench
 from invented import COARSE
 from ldbench.__main__ import main
 from ldbench.case import variables
-from ldbench.results.header import read_header
+from ldbench.results.header import read_comments
 from running import HANG, LDBENCH, REPO, kept_tables
 
 
@@ -88,14 +87,15 @@ def test_namelists_go_round(name):
     for original in case, odd:
         again = ldbench.Case.from_namelist(original.to_namelist())
         assert again == original and again.values == original.values
-        assert ldbench.Case.from_namelist(f90nml.reads(original.to_namelist())) == original
-    assert ldbench.Case.from_namelist(f90nml.read(REPO / "inputs" / f"{name}.nml")) == case
+        groups = original.namelist()
+        assert ldbench.Case.from_namelist(groups) == original and groups["initial"]["vY"] == original.vY
+        assert {type(groups), *map(type, groups.values())} == {dict}
     assert pickle.loads(pickle.dumps(odd)) == odd
 
 
 @pytest.mark.parametrize("title", ["'", '"', "it''s \"so\"", "a  'b'", "\xa0", "back\\slash", "車輪\u200b", "\udce9"], ids=ascii)
 def test_texts_go_round(title, flange_run, tmp_path):
-    """Through Python's namelists, f90nml, and the header of a column file."""
+    """Through namelists, groups of values, and the header of a column file."""
     case = coarse(1, "aw", title=title, t_end=1e-3)
     case.to_namelist(tmp_path/"case.nml")
     for source in tmp_path/"case.nml", case.to_namelist(), case.namelist():
@@ -106,7 +106,7 @@ def test_texts_go_round(title, flange_run, tmp_path):
     settings = [line[1:].partition("  !")[0] for line in lines if line.startswith(("# &case", "#   title ="))]
     assert ldbench.Case.from_namelist("\n".join([*settings, "/"])).title == title
     if title.isprintable():
-        assert read_header(file).settings["case"]["title"] == title
+        assert read_comments(file).settings["case"]["title"] == title
 
 
 START = {1: "initial lateral velocity 0.1 m/s", 2: "initial lateral velocity 0.5 m/s", 3: "initial lateral velocity 1 m/s",
@@ -171,7 +171,7 @@ REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
     ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"), ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
     ({"order": 2**32 + 4}, "integrator order", "a whole number from ", f"{2**32 + 4}"),
-    ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"), ({"vY0": 0.3}, "", "a namelist variable ", "vY0; vY is the nearest"),
+    ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"), ({"vY0": 0.3}, "", "a namelist variable ", "vY0"),
     ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous")])
 def test_changes_are_refused(change, place, expected, found):
     """The constructor refuses what `replace` refuses, unless the default step is shorter than that of the exercise."""
@@ -396,7 +396,7 @@ FACTS = "column, unit, factor, offset"
     ("t Y N\n0 1 2\n1 2\n3 4 5 6\n", None, 3, "3 numbers", "'1 2'"), ("t Y\n0 1x\n1 2\n", None, 2, "2 numbers", "'0 1x'"),
     ("t Y\n# s m\n0 1 1\n1 2\n", None, None, "a line with the names of 3 columns", "none"),
     ("t;Y\n0;1.234,5\n1;2\n", None, 2, "2 numbers", "'0;1.234,5'"), ("t,Y\n0,1\n1,1_0\n", None, 3, "2 numbers", "'1,1_0'"),
-    ("t Y Y\n0 1 2\n", None, None, "one column Y", "2; a map may tell them apart by their numbers"),
+    ("t Y Y\n0 1 2\n", None, None, "one column Y", "2"),
     ("t Y\n0 1\n", {"Y": "ylat"}, None, "a column ylat", "t, Y"), ("t Y\n0 1\n", {"Y": 3}, None, "a column 3", "t, Y"),
     ("t Y\n0 1\n", {"Y": {"column": "Y", "unit": "furlong"}}, None, "a unit among 1, -, s", "furlong"),
     *(("t Y\n0 1\n", {"Y": wrong}, None, FACTS, str(wrong)) for wrong in (
@@ -407,7 +407,7 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
         ldbench.read_columns(tmp_path / "a.txt", columns)
     told = error.value
     assert (told.line, told.found) == (line, found) and told.expected.startswith(expected), told
-    assert told.file == ("column map, Y" if expected == FACTS else str(tmp_path / "a.txt"))
+    assert told.file == ("column map" if expected == FACTS else str(tmp_path / "a.txt"))
 
 
 # The command line

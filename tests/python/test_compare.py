@@ -15,7 +15,7 @@ from ldbench.plots.style import ldbench_style
 from ldbench.report import differences as cmp
 from ldbench.report.compare import quantity_page
 from ldbench.report.study import SHORT_RAMP, study_jobs
-from ldbench.results.header import Header
+from ldbench.results.header import Comments
 from ldbench.results.run_data import RunData
 
 SPEED = 0.5        # of the invented wheelset [m/s]
@@ -30,8 +30,8 @@ def invented(delay: float = 0.0, offset: float = 0.0, dt: float = 1e-4, name: st
     columns = pd.DataFrame({"time": t, "Y": SPEED*(t - delay) + offset, "angle_LF": np.where(closed, 1.0, np.nan),
                             "N_LF": np.where(closed, 8e5*np.sin(np.pi*np.clip(since, 0, 0.004)/0.004), 0.0)})
     events = Event(TOUCH + delay, "left flange contact"), Event(TOUCH + delay + 0.01, "centre passage")
-    results = {"end": "t_end", "t_first_LF": TOUCH + delay}
-    return invented_run(columns, f"{name}.txt", header=Header(results=results, events=events))
+    comments = Comments(results={"t_first_LF": TOUCH + delay}, events=events, ending="t_end")
+    return invented_run(columns, f"{name}.txt", comments=comments)
 
 
 def test_known_shift_is_found_and_taken_out():

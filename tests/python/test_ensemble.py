@@ -110,7 +110,7 @@ def test_rows_are_thinned_or_padded(table):
 
 
 @pytest.mark.parametrize(("arguments", "expected", "found"), [
-    ({"over": {"mas": [1]}}, "a namelist variable", "mas; mass is the nearest"),
+    ({"over": {"mas": [1]}}, "a namelist variable", "mas"),
     ({"over": {"vY": (0, 1), "VY": (0, 2)}, "n": 3}, "every variable once", "vY and VY"),
     ({"over": {"mass": []}}, "at least one value", "none"),
     ({"over": {"mass": [1, 2, 3]}, "n": 4}, "a range (low, high) of mass", "[1, 2, 3]"),

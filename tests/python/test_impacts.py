@@ -15,7 +15,7 @@ from ldbench.plots.stretches import first_impact
 from ldbench.report.differences import event_times
 from ldbench.results.contact_intervals import CLOSED
 from ldbench.results.derived import exchange
-from ldbench.results.header import Header
+from ldbench.results.header import Comments
 from ldbench.results.summary import summary_row
 from ldbench.viewer.page import FOLDER, event_entries
 from ldbench_round.round_numbers import numbers_of
@@ -115,5 +115,5 @@ def test_impacts_of_rigid_contacts(tmp_path: Path):
             assert np.isnan(impact.peak)
             assert sum(energies.before.values()) - sum(energies.after.values()) == pytest.approx(event.loss, rel=1e-6)
     two = Event(0.02, "impact", impulses={"LF": 2000.0, "RT": 30.0}), Event(0.03, "centre passage")
-    assert [(one.contact, one.start, one.impulse) for one in invented_run(pulses(), header=Header(events=two)).impacts()] == [
+    assert [(one.contact, one.start, one.impulse) for one in invented_run(pulses(), comments=Comments(events=two)).impacts()] == [
         ("LF", 0.02, 2000.0), ("RT", 0.02, 30.0)]

@@ -42,7 +42,7 @@ def test_picture_of_two_laws(runs: dict[str, RunData], read_hertz: Callable[[str
     hertz = ldbench.run(case, table=read_hertz("aw").for_case(case))
     assert [told[f"t_return [s].{law}"] for law in ("halfspace", "hertz")] == pytest.approx(
         [runs["ex2_aw"].time[-1], hertz.time[-1]], abs=1e-3)
-    assert np.log10(told["drift [J].halfspace"]/runs["ex2_aw"].result("drift")) == pytest.approx(0, abs=0.3)
+    assert np.log10(told["drift [J].halfspace"]/runs["ex2_aw"].results["drift"]) == pytest.approx(0, abs=0.3)
 
 
 def test_picture_of_formulations(runs: dict[str, RunData]):

@@ -16,9 +16,10 @@ from ldbench.results.twins import TWINS, is_chaotic, twin_cases
 from ldbench.table import ContactTable
 from ldbench.trust.page import report_pages
 from ldbench.trust.variations import variations
+from running import with_kept_table
 
 COARSE = {"model": "strip"}
-THROWN = Case.exercise(2, "aw").replace(**COARSE, table_file="")
+THROWN = with_kept_table(Case.exercise(2, "aw").replace(**COARSE))
 PEAK = "first_peak_N_LF"
 
 
@@ -37,7 +38,7 @@ def found() -> Trust:
 ], ids=lambda x: x if isinstance(x, str) else "")
 def test_a_change_is_that_of_two_plain_runs(cause: str, changes: dict[str, float], exact: bool, found: Trust):
     """A modulus changes by way of masses and loads: its own contact table gives the same, up to rounding."""
-    before, after = ldbench.run(THROWN), ldbench.run(THROWN.replace(**changes))
+    before, after = ldbench.run(THROWN), ldbench.run(with_kept_table(THROWN.replace(**changes)))
     for name in PEAK, "first_duration_LF", "t_first_RF", "first_peak_N_RF", "farthest_left", "F_limit_left":
         one = found.answers[name]
         assert one.value == before.results[name]
@@ -112,7 +113,7 @@ def test_an_answer_that_comes_or_goes():
 
 def test_a_ramp_is_chaotic():
     """Exercise 5, pushed fast: bounces until it derails, at another force from every start, below a limit that all share."""
-    case = Case.exercise(5, "aw").replace(**COARSE, table_file="", lateral_ramp=3e5, t_end=2.0, dt=5e-5)
+    case = with_kept_table(Case.exercise(5, "aw").replace(**COARSE, lateral_ramp=3e5, t_end=2.0, dt=5e-5))
     found = case.trust()
     one = found.answers["F_derailment"]
     assert one.chaotic and one.name in [shown.name for shown in found.shown()]
@@ -139,7 +140,7 @@ def test_rigid_contacts():
 
 
 def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
-    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3)
+    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_file="")
     listed, notes = variations(case, True, tmp_path)
     cases = {one.name: one.case for one in listed}
     assert {name: one.influence for name, one in cases.items() if name.startswith("influence")} == {
@@ -156,12 +157,12 @@ def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
 
 def test_half_spaces():
     """Influence, pressures and static limit: changes are those of plain runs; a modulus by way of masses scales pressures, too."""
-    case = THROWN.replace(model="halfspace", t_end=0.03, stop_at="t_end")
+    case = with_kept_table(THROWN.replace(model="halfspace", t_end=0.03, stop_at="t_end"))
     found = case.trust()
     before = ldbench.run(case).results
     for cause, changes in {"influence flat": {"influence": "flat"}, "youngs_modulus + 1 %": {"youngs_modulus": 1.01*2.1e11},
                            "rolling_radius + 1 %": {"rolling_radius": 1.01*0.457}}.items():
-        after = ldbench.run(case.replace(**changes)).results
+        after = ldbench.run(with_kept_table(case.replace(**changes))).results
         for name in "pmax", PEAK, "patch_LF", "approach_LF", "F_limit_left":
             one = found.answers[name]
             assert one.value == before[name]
@@ -174,7 +175,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     noisy = shapes.noisy(shapes.with_faces(shapes.shape("awprof")), 0.01, 3)
     Path("wheel.whl").write_text(shapes.old_miniprof(noisy, "wheel"))
-    case = THROWN.replace(wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end")
+    case = with_kept_table(THROWN.replace(wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end"))
     found = case.trust()
     smoothing = Profile("wheel.whl").smoothing
     # The curve leaves the noise of 0.01 mm to the points, but for the few that determine each piece.
@@ -182,7 +183,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     causes = [cause for kind, cause in found.variations if kind == "smoothing"]
     assert causes == [f"smoothing of the wheel wheel.whl {1e3*factor*smoothing:.2g} µm" for factor in (0.5, 2)]
     Profile("wheel.whl", smoothing=2*smoothing).write("smoother.yz")
-    twice = ldbench.run(case.replace(wheel_profile="smoother.yz")).results[PEAK]
+    twice = ldbench.run(with_kept_table(case.replace(wheel_profile="smoother.yz"))).results[PEAK]
     one = found.answers[PEAK]
     assert one.causes[causes[1]] == twice - one.value != 0
     assert one.low <= one.value <= one.high and one.low_inputs <= twice <= one.high_inputs
@@ -284,7 +285,7 @@ def test_pages_of_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     Path("inputs").mkdir()
     for number, changes in (1, {"t_end": 0.2}), (2, {}), (5, {"t_end": 0.1}):
-        case = Case.exercise(number, "aw").replace(**COARSE, table_file="", **changes)
+        case = with_kept_table(Case.exercise(number, "aw").replace(**COARSE, **changes))
         case.to_namelist(f"inputs/ex{number}_aw.nml")
     found = kept_trusts(Path("inputs"), Path("outputs"), 2)
     assert [one.case for one in found] == ["ex1_aw", "ex2_aw"]

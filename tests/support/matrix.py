@@ -29,7 +29,7 @@ for name in "ex2_aw", "ex3_sw":
     written = ldbench.read_columns(executables)
     pandas.testing.assert_frame_equal(ldbench.read_columns(own), written, check_exact=True)
     pandas.testing.assert_frame_equal(written, run.data, rtol=2e-8, atol=0)      # nine digits are written
-    assert run.events and run.peak("LF")[0] > 1e5
+    assert run.events and run.results["peak_N_LF"] > 1e5
 assert ldbench.__main__.main(["plot", "outputs/ex2_aw.txt", "outputs/ex3_sw.txt", "-o", "plots.pdf"]) == 0
 print(f"Python {{sys.version.split()[0]}}", *(f"{{x.__name__}} {{x.__version__}}" for x in (numpy, pandas, scipy, matplotlib)))
 """

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 if TYPE_CHECKING:
-    pass
+    from ldbench import Case
 
 REPO = Path(__file__).resolve().parents[2]
 LDBENCH = Path(os.environ.get("LDBENCH", REPO / "ldbench")).resolve()
@@ -74,6 +74,15 @@ def kept_tables() -> Path:
         if outdated != folder:
             shutil.rmtree(outdated, ignore_errors=True)
     return folder
+
+
+def with_kept_table(case: Case) -> Case:
+    """The case with a file for its contact table among the kept ones: the first test builds the table, later ones read it. Cases
+    with other tables have other files."""
+    from ldbench.ensembles.members import table_keys  # programs that only start the executable need no package
+
+    key = hashlib.sha256(repr(table_keys()(case)).encode()).hexdigest()[:16]
+    return case.replace(table_file=kept_tables()/f"{key}.table")
 
 
 def keep(table: Path, kept: Path) -> None:

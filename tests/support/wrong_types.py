@@ -8,5 +8,5 @@ def wrong(case: ldbench.Case, run: ldbench.Run, table: ldbench.ContactTable) -> 
     case.replace(vY="fast")                                     # type: ignore[arg-type]
     print(case.nonsense)                                        # type: ignore[attr-defined]
     case.vY = 3.0                                               # type: ignore[misc]
-    run.peak(3)                                                 # type: ignore[arg-type]
+    run.closed(3)                                               # type: ignore[arg-type]
     table.force(0.0, 0.4568, 0.0, wheel="port")                 # type: ignore[arg-type]

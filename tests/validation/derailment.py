@@ -70,7 +70,7 @@ def fate(case: Case, table: ContactTable) -> Fate:
     time, past = run.data.time.to_numpy(), past_crown(case, run.data)
     derailed = next((event.t for event in run.events if event.kind == "derailment"), np.nan)
     aside = np.abs(run.data.Y.to_numpy()[time > derailed])
-    return Fate(case.vY, run.results["end"], derailed, float(past.max()),
+    return Fate(case.vY, run.ending, derailed, float(past.max()),
                 float(aside[0] - aside.min()) if aside.size else np.nan if np.isnan(derailed) else 0.0)
 
 

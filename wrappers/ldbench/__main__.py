@@ -122,7 +122,7 @@ def run_command(arguments: list[str] | None) -> int:
         if sys.stderr is None:          # closed; no file that is opened later shall get its number
             sys.stderr = open(os.devnull, "w")      # noqa: SIM115
         if sys.stdout is None:
-            raise Error("standard output: expected one that can be written, found it closed")
+            raise Error(place="standard output", expected="one that can be written", found="it closed")
         given = sys.argv[1:] if arguments is None else arguments
         args = make_parser(given[:1]).parse_args(given)
         with spoken(args):
@@ -141,7 +141,7 @@ def run_command(arguments: list[str] | None) -> int:
         return 128 + 13     # as the shell says of SIGPIPE
     except OSError as error:
         words = error.strerror or str(error)
-        reason = str(Error(f"{error.filename}: {words}" if error.filename else words))
+        reason = str(Error(words, file=error.filename))
         if error.errno in UNWRITABLE and not error.filename:
             reason = f"standard output: {words}"
             discard_output()

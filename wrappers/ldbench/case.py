@@ -10,7 +10,6 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn
 
-import f90nml
 import numpy as np
 
 from ._core import flat
@@ -78,9 +77,9 @@ def find_variable(name: str) -> int:
         return found[0]
     if found:
         choices = " or ".join(f"{variables()[k].group}_{variables()[k].name}" for k in found)
-        raise UnknownName(f"expected {choices}, found {name}, which is ambiguous")
+        raise UnknownName(expected=f"{choices}", found=f"{name}, which is ambiguous")
     nearest = {known: shortest_name(places[0]) for known, places in _indices().items()}
-    raise unknown("expected a namelist variable (python -m ldbench variables lists them)", name, nearest)
+    raise unknown("a namelist variable (python -m ldbench variables lists them)", name, nearest)
 
 
 def find_variables(names: Iterable[str]) -> list[int]:
@@ -88,7 +87,7 @@ def find_variables(names: Iterable[str]) -> list[int]:
     found: dict[int, str] = {}
     for name in names:
         if (k := find_variable(name)) in found:
-            raise BadType(f"expected every variable once, found {found[k]} and {name}, which are one")
+            raise BadType(expected="every variable once", found=f"{found[k]} and {name}, which are one")
         found[k] = name
     return list(found)
 
@@ -136,7 +135,8 @@ class Case(Variables):
         """A case of the groups of a namelist that give every variable, as the header of a column file does."""
         for variable in variables():
             if variable.name not in groups.get(variable.group, {}):
-                raise Error(f"{label}, &{variable.group} {variable.name}: expected {variable.range}, found none")
+                raise Error(file=label, group=variable.group, variable=variable.name, expected=variable.range,
+                            found="none")
         return cls.of_values([groups[variable.group][variable.name] for variable in variables()], label, folder)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -147,7 +147,7 @@ class Case(Variables):
 
     @classmethod
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
-        """A case from a namelist file, from namelist text, or from groups such as an f90nml.Namelist.
+        """A case from a namelist file, from namelist text, or from groups as `namelist` gives them.
 
         A string that begins with & or has several lines is text. A file that is not there may be a shipped one,
         `inputs/ex1_aw.nml`. Variables that are not mentioned have the
@@ -166,8 +166,8 @@ class Case(Variables):
         if isinstance(case, Case):
             return case
         if not isinstance(case, str | os.PathLike):
-            raise BadType("expected a Case, or the path or the text of a namelist, "
-                          f"found {type(case).__name__}: Case(values) makes a case of a mapping of values")
+            raise BadType(expected="a Case, or the path or the text of a namelist",
+                          found=f"{type(case).__name__}: Case(values) makes a case of a mapping of values")
         return cls.from_namelist(case)
 
     @classmethod
@@ -200,11 +200,11 @@ class Case(Variables):
         except MissingFile:
             raise
         except Error as error:
-            raise BadValue(str(error)) from None
+            raise error.turned(BadValue) from None
 
-    def check_writable(self, variable: str, path: str | os.PathLike[str]) -> None:
-        """Check before a run that the file of a variable such as '&output file' can be written."""
-        check(*flat.check_writable(*map(path_bytes, (self.label, variable, path))))
+    def check_writable(self, group: str, path: str | os.PathLike[str]) -> None:
+        """Check before a run that the `file` of a group, 'output' or 'table', can be written."""
+        check(*flat.check_writable(*map(path_bytes, (self.label, group, path))))
 
     def _with(self, changes: Changes) -> Case:
         """A case with other values, before the core has checked them."""
@@ -231,7 +231,7 @@ class Case(Variables):
                     return float(value)
                 if (isinstance(value, Integral) or float(value).is_integer()) and abs(value) <= LARGEST:
                     return int(value)
-        raise refusal(f"{self.label}, &{variable.group} {variable.name}: expected {variable.range}, found {value!r}")
+        raise refusal(file=self.label, group=variable.group, variable=variable.name, expected=variable.range, found=f"{value!r}")
 
     def arrays(self) -> tuple[np.ndarray, bytes]:
         """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
@@ -239,12 +239,12 @@ class Case(Variables):
         words = b"".join((_words(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH) for value in self.values)
         return numbers, words
 
-    def namelist(self) -> f90nml.Namelist:
-        """All values as an f90nml.Namelist, group by group."""
+    def namelist(self) -> dict[str, dict[str, Value]]:
+        """All values by group and variable: `case.namelist()["initial"]["vY"]`."""
         groups: dict[str, dict[str, Value]] = {}
         for variable, value in zip(variables(), self.values, strict=True):
             groups.setdefault(variable.group, {})[variable.name] = value
-        return f90nml.Namelist(groups)
+        return groups
 
     def to_namelist(self, path: str | os.PathLike[str] | None = None) -> str:
         """All values as namelist text, also written to `path` if given.
@@ -332,9 +332,10 @@ def together(values: Changes | None, changes: Mapping[str, object]) -> Changes:
     """Values from a mapping and from keywords, where no name stands in both."""
     values = {} if values is None else values
     if not isinstance(values, Mapping):
-        raise BadType(f"expected a mapping of values by their names, found {type(values).__name__}")
+        raise BadType(expected="a mapping of values by their names", found=type(values).__name__)
     if both := values.keys() & changes.keys():
-        raise BadType(f"expected every variable once, found {' and '.join(sorted(both))} in the mapping and as a keyword")
+        raise BadType(expected="every variable once",
+                      found=f"{' and '.join(sorted(both))} in the mapping and as a keyword")
     return {**values, **changes}        # type: ignore[dict-item]      # the values of a TypedDict are objects to mypy
 
 
@@ -369,15 +370,14 @@ def defaults() -> tuple[Value, ...]:
     return tuple(_unpack(numbers, bytes(words)))
 
 
-def _namelist_text(groups: Mapping[str, Any]) -> str:
-    """Groups as text; f90nml would write letters that it takes for unprintable as Python's escapes."""
+def _namelist_text(groups: Mapping[str, Mapping[str, Value]]) -> str:
+    """Groups as the text of a namelist."""
     def word(value: object) -> str:
         return "'" + str(value).replace("'", "''") + "'" if isinstance(value, (str, os.PathLike)) else str(value)
 
     lines: list[str] = []
-    for group, found in groups.items():
-        for variables_of_group in found if isinstance(found, list) else [found]:
-            lines += [f"&{group}", *(f"    {name} = {word(value)}" for name, value in variables_of_group.items()), "/"]
+    for group, values in groups.items():
+        lines += [f"&{group}", *(f"    {name} = {word(value)}" for name, value in values.items()), "/"]
     return "\n".join(lines) + "\n"
 
 

@@ -109,7 +109,8 @@ def check_model(case: Case) -> None:
     """Error where a case has no pressures."""
     for name, value, wanted in (("formulation", case.formulation, "elastic"), ("model", case.model, "halfspace")):
         if value != wanted:
-            raise Error(f"{case.label}, &contact {name}: expected '{wanted}', which has pressures, found '{value}'")
+            raise Error(file=case.label, group="contact", variable=name, expected=f"'{wanted}', which has pressures",
+                        found=f"'{value}'")
 
 
 def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[str] = CONTACTS,
@@ -123,7 +124,7 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
     """
     check_model(case)
     if elements < 8 or elements % 4:
-        raise BadValue(f"expected a multiple of 4 elements, at least 8, found {elements}")
+        raise BadValue(expected="a multiple of 4 elements, at least 8", found=elements)
     found = []
     for side, names in SIDES.items():
         if any(name in contacts for name in names):
@@ -143,8 +144,8 @@ def _press_wheel(handle: Handle, case: Case, pose: Sequence[float], side: str, n
     n, ok, p, point, width, facts, total = flat.pressures(handle, 1 if side == "left" else 2, np.array([y, z, roll]), elements//4,
                                                            elements)
     if not ok:
-        raise Error(f"{case.label}: expected pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad, found a half-space "
-                    "solution that does not converge")
+        raise Error(file=case.label, expected=f"pressures in the pose y = {y} m, z = {z} m, roll = {roll} rad",
+                    found="a half-space solution that does not converge")
     found = []
     for k in range(n):
         flange, dx, ds, low, half_x, *ends, approach, deepest, integral, largest, _, area = facts[:13, k].tolist()

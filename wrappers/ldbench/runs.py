@@ -18,7 +18,8 @@ from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.wording import counted, html_table
 from .case import Case, variables
 from .constants import CONTACT_NAMES
-from .results.header import parse_header
+from .results.answers import answers
+from .results.header import parse_comments
 from .results.run_data import RunData, checked
 from .table import ContactTable
 
@@ -34,9 +35,9 @@ log = logging.getLogger(__name__)
 class Run(RunData):
     """A run, from memory (`ldbench.run`) or from a column file (`ldbench.read_run`).
 
-    `run["Y"]` is a column; `data`, `results`, `events` and `case` say what happened, `success`, `status` and `message` how it ended
-    as SciPy's `solve_ivp` says it; `plot`, `view`, `to_xarray` and `write` hand it on. It can be copied, pickled and sent to other
-    processes.
+    `run["Y"]` is a column; `case` has what went in, `results` and `events` what came out; `ending` says why the run ended, and
+    `success` whether as `stop_at` asks; `plot`, `view`, `to_xarray` and `write` hand it on. It can be copied, pickled and sent to
+    other processes.
     """
 
     #: Processor time of the integration [s]; NaN of a run from a file, which does not tell it.
@@ -68,7 +69,7 @@ class Run(RunData):
         """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. Of a
         run from a file it is a copy."""
         if path is None:
-            raise Error(f"{self.file}: expected the path of another file, to which the run is copied, found none")
+            raise Error(file=self.file, expected="the path of another file, to which the run is copied", found="none")
         check_written([Path(path)], [self.file])
         with complete(Path(path)) as scratch:
             shutil.copyfile(self.file, scratch)
@@ -100,22 +101,23 @@ class Run(RunData):
     def _repr_html_(self) -> str:
         """The outcome in a table, for a notebook."""
         rows: list[tuple[str, ...]] = [("rows", str(len(self.data)), "")]
-        if self.header.finished:
+        known = answers(self)
+        if self.ending:
             found = self.results
             rows = [("ended", f"{found['t']:.6f} s", self.ending),
                     ("rows", str(found["rows"]), f"of {found['steps']} steps of at most {found['step']:g} s"),
                     ("energy drift, largest", f"{found['drift']:.1e} J", f"of {found['kinetic_energy']:.6g} J")]
         for contact, words in CONTACT_NAMES.items():
-            if peak := self.peak(contact):
-                rows.append((f"largest normal force, {words}", f"{1e-3*peak[0]:.3f} kN", f"at {peak[1]:.6f} s"))
+            if peak := known[f"peak_N_{contact}"]:
+                rows.append((f"largest normal force, {words}", f"{1e-3*peak:.3f} kN", f"at {known[f't_peak_{contact}']:.6f} s"))
         rows += [(event.kind, f"{event.t:.6f} s", "") for event in self.events[:12]]
         rows += [("...", f"{len(self.events) - 12} more in .events", "")] if len(self.events) > 12 else []
         return html_table(": ".join(words for words in (self.name, self.header.title) if words), rows)
 
     def __repr__(self) -> str:
-        if not self.header.finished:
+        if not self.ending:
             return f"Run({self.name!r}, {counted(len(self.data), 'row')} of {self.file})"
-        return f"Run({self.name!r}, {self.result('rows'):.0f} rows to t = {self.result('t'):g} s: {self.ending})"
+        return f"Run({self.name!r}, {self.results['rows']:.0f} rows to t = {self.results['t']:g} s: {self.ending})"
 
 
 class ComputedRun(Run):
@@ -127,7 +129,7 @@ class ComputedRun(Run):
         listing, length, self.seconds = flat.run_comments(table._handle, handle)
         self.comments = text(listing, length)
         before, _, after = self.comments.partition("\x1c\n")
-        super().__init__(Path(output_path(table.case)), header=parse_header(before.splitlines(), after.splitlines()),
+        super().__init__(Path(output_path(table.case)), comments=parse_comments(before.splitlines(), after.splitlines()),
                          case=table.case)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -152,7 +154,8 @@ class ComputedRun(Run):
         """Handle of the run. A run from another process is computed again, once, to write its file."""
         again = compute(self.case, table=self.table)
         if again.comments != self.comments:
-            raise Error(f"{self.case.label}: expected the profiles and the program that made the run, found others")
+            raise Error(file=self.case.label, expected="the profiles and the program that made the run",
+                        found="others")
         return again.handle
 
     @functools.cached_property
@@ -221,7 +224,8 @@ def check_own_file(case: Case, wanted: str) -> None:
     pairs = zip(variables(), case.values, case.unchanged, strict=True)
     if (any(variable.group != "output" and value != before for variable, value, before in pairs)
             and output_path(case) == output_path(Case.of_values(case.unchanged, case.label))):
-        raise Error(f"{case.label}: expected {wanted}, found none: {output_path(case)} is the file of the unchanged case")
+        raise Error(file=case.label, expected=wanted,
+                    found=f"none: {output_path(case)} is the file of the unchanged case")
 
 
 def output_path(case: Case) -> str:

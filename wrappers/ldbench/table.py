@@ -121,8 +121,8 @@ class ContactTable:
         """
         for k in bound_places():
             if (ours := self.case.values[k]) != (theirs := case.values[k]):
-                raise Error(f"{case.label}, &{variables()[k].group} {variables()[k].name}: expected {ours!r}, "
-                            f"for which the contact table was made, found {theirs!r}")
+                raise Error(file=case.label, group=variables()[k].group, variable=variables()[k].name,
+                            expected=f"{ours!r}, for which the contact table was made", found=f"{theirs!r}")
         address, message, length = flat.adapt_case(self._handle, *case.arrays(), located(case))
         check(message, length, case.label)
         new = object.__new__(ContactTable)
@@ -199,10 +199,10 @@ class ContactTable:
     def _evaluate(self, shape: tuple[int, ...], pose: tuple[ArrayLike, ...], outside: Outside, wheel: Wheel = "both") -> np.ndarray:
         """The values of this shape for each pose, which the core tells apart by their number."""
         if self.case.formulation != "elastic":
-            raise Error(f"{self.case.label}, &contact formulation: expected 'elastic', which has a contact table, "
-                        f"found {self.case.formulation!r}")
+            raise Error(file=self.case.label, group="contact", variable="formulation",
+                        expected="'elastic', which has a contact table", found=f"{self.case.formulation!r}")
         if outside not in ("raise", "nan"):
-            raise BadValue(f"expected outside='raise' or 'nan', found {outside!r}")
+            raise BadValue(expected="outside='raise' or 'nan'", found=f"{outside!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in pose))
         y, z, roll = poses = [np.ascontiguousarray(x).ravel() for x in arrays]
         if not y.size:
@@ -220,12 +220,13 @@ class ContactTable:
         k = int(np.flatnonzero(status)[0])
         y, z, roll = (float(x[k]) for x in poses)
         if not np.isfinite([y, z, roll]).all():
-            raise Error(f"{self.case.label}: expected finite numbers, found the pose y = {y} m, z = {z} m, roll = {roll} rad")
+            raise Error(file=self.case.label, expected="finite numbers",
+                        found=f"the pose y = {y} m, z = {z} m, roll = {roll} rad")
         # The table ends at a line that leans: a wheel that is too low leaves it as one does that is too far aside.
         limit = (f"drop = {self.case.drop} m" if status[k] == 1 and abs(y) <= self.case.lateral else
                  OUTSIDE[status[k]].format(case=self.case))
-        raise Error(f"{self.case.label}: expected poses within &table {limit}, "
-                    f"found y = {y} m, z = {z} m, roll = {roll} rad outside")
+        raise Error(file=self.case.label, expected=f"poses within &table {limit}",
+                    found=f"y = {y} m, z = {z} m, roll = {roll} rad outside")
 
     def geometry(self, y: ArrayLike | None = None) -> pd.DataFrame:
         """Geometry functions of the rigid wheelset over lateral displacements y, shape (n,) [m].
@@ -255,7 +256,8 @@ class ContactTable:
         middle = len(stands)//2
         last = min(int(stands[middle:].cumprod().sum()), int(stands[middle::-1].cumprod().sum())) - 1
         if last < 2:
-            raise Error(f"{os.fspath(path)}: expected a wheelset that stands on both rails, found {self.case.label} without one")
+            raise Error(file=os.fspath(path), expected="a wheelset that stands on both rails",
+                        found=f"{self.case.label} without one")
         setup = {"clearance_left": self.clearance, "clearance_right": self.clearance_right, "axle_height": self.equilibrium,
                  "axle_roll": self.equilibrium_roll}
         head = [f"ldbench {version()}", f"case {self.case.case_name}: {self.case.title}", "&setup",
@@ -304,14 +306,15 @@ def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
     """The table that another process had of a case."""
     table = ContactTable(case)
     if not np.allclose(table._landmarks(), landmarks, rtol=1e-9, atol=0):
-        raise Error(f"{case.label}: expected the profiles that the contact table was made of, found others under their names")
+        raise Error(file=case.label, expected="the profiles that the contact table was made of",
+                    found="others under their names")
     return table
 
 
 def _number(wheel: Wheel) -> int:
     """The number of a wheel in the core."""
     if wheel not in WHEELS:
-        raise BadValue(f"expected wheel='both', 'left' or 'right', found {wheel!r}")
+        raise BadValue(expected="wheel='both', 'left' or 'right'", found=f"{wheel!r}")
     return WHEELS.index(wheel)
 
 
@@ -326,8 +329,8 @@ def located(case: Case) -> bytes:
     paths = *(path_bytes(files.get(name, "")) for name in PROFILES), path_bytes(case.table_path())
     for path in paths:
         if len(path) > TEXT_LENGTH:
-            raise Error(f"{case.label}, &profiles: expected paths of at most {TEXT_LENGTH} characters, "
-                        f"found {os.fsdecode(path)}")
+            raise Error(file=case.label, group="profiles", expected=f"paths of at most {TEXT_LENGTH} characters",
+                        found=os.fsdecode(path))
     return b"".join(path.ljust(TEXT_LENGTH) for path in paths)
 
 

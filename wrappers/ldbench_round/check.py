@@ -14,7 +14,7 @@ import numpy as np
 
 from ldbench import Case, Error
 from ldbench.results.columns import converted, read_raw
-from ldbench.results.header import read_header
+from ldbench.results.header import read_comments
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData, read_data
 
@@ -60,16 +60,16 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     """
     task = task or task_of(file)
     if task is None:
-        raise Error(f"{file}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+        raise Error(file=file, expected="a name that says the simulation, as ex2_aw, or --simulation", found="neither")
     if is_device(file):
-        raise Error(f"{file}: expected a file, found a device or a pipe")
-    header = read_header(file)
-    if header.settings or map is not None:
+        raise Error(file=file, expected="a file", found="a device or a pipe")
+    comments = read_comments(file)
+    if comments.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
     raw, own = read_raw(file), own_run(task)
     # Our own run of exercise 5 is its first seconds alone.
     guess = guess_map(file, own, raw, Case.exercise(5, task.profiles).t_end if task.exercise == 5 else float(np.ptp(own.time)))
-    return SubmittedFile(task, RunData(file, header=header, data=converted(file, raw, guess.map)), guess)
+    return SubmittedFile(task, RunData(file, comments=comments, data=converted(file, raw, guess.map)), guess)
 
 
 @quiet()

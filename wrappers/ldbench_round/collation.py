@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from ldbench import Error
-from ldbench.results.header import read_header
+from ldbench.results.header import read_comments
 from ldbench.tools import PROCESS_DIED, processes, usable_cores, write_frame
 
 from .jumps import is_rigid
@@ -181,7 +181,7 @@ def finished(asked: Future[Entry]) -> Entry | None:
 def needs_map(file: Path) -> bool:
     """Whether a file lacks ldbench's header."""
     try:
-        return not read_header(file).settings
+        return not read_comments(file).settings
     except (Error, OSError, ValueError):
         return False
 

@@ -130,7 +130,7 @@ def centred(run: RunData, step: Estimate) -> RunData:
     shift = min(left, key=lambda shift: left[shift])
     moved = {v: run.values(v) + shift*step.value*run.values(a) for v, a in zip(VELOCITIES, ACCELERATIONS, strict=True)
              if v in run.data and a in run.data}
-    return RunData(run.file, header=run.header, data=run.data.assign(**moved))
+    return run.with_data(run.data.assign(**moved))
 
 
 def all_fit(run: RunData, pairs: list[tuple[str, str]], step: float, points: int) -> bool:

@@ -62,32 +62,30 @@ def find_references(path: Path) -> dict[Task, Reference]:
     """The references of a folder of column files, or of one file. Error if the folder or a file cannot be read, if no file is of a
     simulation, or two are of the same one."""
     if not path.exists():
-        raise Error(f"{path}: expected a folder of column files as the reference, or one such file, found none")
+        raise Error(file=path, expected="a folder of column files as the reference, or one such file", found="none")
     try:
         files = find_files(path, [], strict=True) if path.is_dir() else {task: path for task in [task_of(path)] if task}
     except OSError as error:
-        raise Error(f"{path}: expected a reference that can be read, found {reason(error)}") from None
+        raise Error(file=path, expected="a reference that can be read", found=reason(error)) from None
     if not files:
-        raise Error(f"{path}: expected names of files that say the simulation, as ex2_aw.txt, for the reference, found none")
+        raise Error(file=path, expected="names of files that say the simulation, as ex2_aw.txt, for the reference",
+                    found="none")
     return {task: reference_of(task, file) for task, file in files.items()}
 
 
 def reference_of(task: Task, file: Path) -> Reference:
     """The reference of a simulation. Error where its file cannot be read."""
-    try:
-        return Reference(task, file, digest(f"{digest_of(file)} {task.name}".encode()))
-    except Error as error:
-        raise Error(f"{file.parent}/{error}") from None
+    return Reference(task, file, digest(f"{digest_of(file, file)} {task.name}".encode()))
 
 
-def digest_of(file: Path) -> str:
-    """The digest of a file's bytes. Error where it cannot be read or is too large."""
+def digest_of(file: Path, shown: str | Path) -> str:
+    """The digest of a file's bytes. Error, with the file as it is shown, where it cannot be read or is too large."""
     try:
         if (size := file.stat().st_size) > LARGEST:
-            raise Error(f"{file.name}: expected at most {LARGEST/1e6:.0f} MB, found {size/1e6:.0f} MB")
+            raise Error(file=shown, expected=f"at most {LARGEST/1e6:.0f} MB", found=f"{size/1e6:.0f} MB")
         return digest(file.read_bytes())
     except (OSError, ValueError) as error:
-        raise Error(f"{printable(file.name)}: cannot be opened for reading: {reason(error)}") from None
+        raise Error(f"cannot be opened for reading: {reason(error)}", file=shown) from None
 
 
 _READ: dict[str, RunData] = {}
@@ -99,10 +97,10 @@ def read_reference(one: Reference) -> RunData:
         run = read_submitted(one.file, one.task).run
         data = run.data[[name for name in run.data if name in NEEDED]]
         if "time" not in data or len(data) < 2 or not np.isfinite(data.drop(columns="time")).any(axis=None):
-            raise Error(f"{one.file}: expected times, and numbers of the motion or of normal forces, found none")
+            raise Error(file=one.file, expected="times, and numbers of the motion or of normal forces", found="none")
         # The row behind the last one that is matched: the reference is interpolated between rows.
         rows = int(np.searchsorted(run.time, MATCHED_BEYOND*horizon(one.task), "right")) + 1
-        _READ[one.key] = RunData(one.file, header=run.header, data=data.iloc[:rows].copy())
+        _READ[one.key] = run.with_data(data.iloc[:rows].copy())
     return _READ[one.key]
 
 
@@ -156,7 +154,8 @@ def program() -> str:
 
 def key_of(one: Work) -> str:
     """The key of a file's entry. Error where the file cannot be read."""
-    known = digest_of(one.file), one.task.name, one.map, one.seconds, one.reference and one.reference.key, program()
+    bytes_read = digest_of(one.file, printable(one.file.name))
+    known = bytes_read, one.task.name, one.map, one.seconds, one.reference and one.reference.key, program()
     return digest(repr(known).encode())
 
 
@@ -189,11 +188,11 @@ def make_entry(one: Work) -> Entry:
 def check_rows(run: RunData) -> None:
     """Refuse a file whose rows say nothing."""
     if "time" not in run.data:
-        raise Error(f"{run.file}: expected a column that is the time, found none")
+        raise Error(file=run.file, expected="a column that is the time", found="none")
     if len(run.time) < 3:
-        raise Error(f"{run.file}: expected three or more rows, found {len(run.time)}")
+        raise Error(file=run.file, expected="three or more rows", found=len(run.time))
     if not any(np.isfinite(run.values(name)).any() for name in ("Y", "vY", "roll") if name in run.data):
-        raise Error(f"{run.file}: expected numbers of the lateral or roll motion, found none")
+        raise Error(file=run.file, expected="numbers of the lateral or roll motion", found="none")
 
 
 def graded(run: RunData, task: Task, reference: RunData) -> tuple[dict[str, Score], str]:

@@ -151,7 +151,7 @@ def find_time(file: Path, raw: RawTable, length: float) -> Match:
         offset = 0.0 if 0 <= t[0] <= 2*np.median(np.diff(t)) else -float(t[0])
         found.append((0 if "time" in meanings(name) else 1, k, Match("time", k + 1, name, said, unit, 1, offset, np.nan)))
     if not found:
-        raise Error(f"{file}: expected a column that can be the time, which never falls; found none")
+        raise Error(file=file, expected="a column that can be the time, which never falls", found="none")
     return min(found)[2]
 
 

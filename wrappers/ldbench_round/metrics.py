@@ -36,8 +36,7 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
     limit = horizon(task)
     # Rigid impacts of a file without their impulses are not seen, and so they cannot be matched.
     unseen = tells_impulses(reference) and not tells_impulses(run) and is_rigid(run, task)
-    compared = RunData(reference.file, header=reference.header, data=reference.data.drop(
-        columns=list(IMPULSES), errors="ignore")) if unseen else reference
+    compared = reference.with_data(reference.data.drop(columns=list(IMPULSES), errors="ignore")) if unseen else reference
     found = scored(run, compared, task, limit)
     if unseen:
         kept = tuple(one for one in found.scores if one.kind not in OF_IMPACTS)
@@ -53,11 +52,12 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     """Score a run against a reference up to a horizon [s], without spreads."""
     for one in run, reference:
         if len(one.time) < 2:
-            raise Error(f"{one.file}: expected rows at two times at least, found {len(one.time)}")
+            raise Error(file=one.file, expected="rows at two times at least", found=len(one.time))
     first, last = float(reference.time[0]), min(limit, float(reference.time[-1]))
     begin, end = max(float(run.time[0]), first), min(last, float(run.time[-1]))
     if end <= begin:
-        raise Error(f"{run.file}: expected times in common with {reference.file} before the horizon {limit:.4g} s, found none")
+        raise Error(file=run.file, expected=f"times in common with {reference.file} before the horizon {limit:.4g} s",
+                    found="none")
     present = (end - begin)/(last - first)
     lost = 1 - present if present < WHOLE else 0.0
     left_out: dict[str, str] = {}

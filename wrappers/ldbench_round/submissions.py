@@ -59,7 +59,8 @@ def find_submissions(folder: Path, leave_out: Path | None = None) -> tuple[list[
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError as error:
-        raise Error(f"{folder}: expected a folder that holds a folder for each code, found none: {error.strerror}") from None
+        raise Error(file=folder, expected="a folder that holds a folder for each code",
+                    found=f"none: {error.strerror}") from None
     codes: list[Submission] = []
     remarks = []
     for path in paths:
@@ -134,8 +135,8 @@ def without(message: str, folder: Path) -> str:
 def read_small_toml(path: Path) -> dict[str, Any]:
     """A TOML file of a size that a person writes; Error otherwise."""
     if not is_file(path) or path.stat().st_size > LONGEST_DESCRIPTION:
-        raise Error(f"{path}: expected a file of at most {LONGEST_DESCRIPTION} bytes, found "
-                    + (f"one of {path.stat().st_size}" if is_file(path) else "none that can be read"))
+        raise Error(file=path, expected=f"a file of at most {LONGEST_DESCRIPTION} bytes",
+                    found=f"one of {path.stat().st_size}" if is_file(path) else "none that can be read")
     return read_toml(path)
 
 
@@ -196,9 +197,10 @@ def told_map(told: Mapping[str, Any], folder: Path, remarks: list[str]) -> Mappi
         return given
     try:
         if not isinstance(given, str):
-            raise Error(f"{DESCRIPTION}: map: expected a table or the name of a file, found {printable(given, 40)}")
+            raise Error(file=f"{DESCRIPTION}: map", expected="a table or the name of a file",
+                        found=printable(given, 40))
         if not (folder/given).resolve().is_relative_to(folder.resolve()):
-            raise Error(f"{DESCRIPTION}: map: expected a file of the code's folder, found {printable(given, 80)}")
+            raise Error(file=f"{DESCRIPTION}: map", expected="a file of the code's folder", found=printable(given, 80))
         return read_small_toml(folder/given)
     except (Error, OSError, ValueError, RuntimeError) as error:
         remarks.append(f"{without(str(error), folder)}; the map is guessed")
@@ -220,7 +222,7 @@ def find_files(folder: Path, remarks: list[str], strict: bool = False) -> dict[T
                            + ("a folder" if path.is_dir() else "a link that leads nowhere, or a device"))
         elif task in files:
             if strict and (files[task].stem in TASK_NAMES) == (path.stem in TASK_NAMES):
-                raise Error(f"{path}: expected one file for {task.words}, found {files[task].name}, too")
+                raise Error(file=path, expected=f"one file for {task.words}", found=f"{files[task].name}, too")
             remarks.append(f"{shown}: expected one file for {task.words}, found {printable(files[task].name, 80)}, too, which is "
                            "taken")
         else:

@@ -63,5 +63,5 @@ def task_named(word: str) -> Task:
     """The simulation of a name as 'ex2_aw'."""
     found = next((task for task in TASKS if task.name == word), None)
     if found is None:
-        raise Error(f"expected a simulation among {', '.join(task.name for task in TASKS)}, found {word}")
+        raise Error(expected=f"a simulation among {', '.join(task.name for task in TASKS)}", found=word)
     return found

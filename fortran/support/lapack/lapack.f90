@@ -1,5 +1,5 @@
-! The four routines of LAPACK that the core calls, for wheels and for systems without LAPACK, after G. H. Golub and C. F. Van Loan, Matrix
-! Computations. They do what the core asks for and no more; arguments and storage are those of LAPACK.
+! The four routines of LAPACK that the core calls, for wheels and for systems without LAPACK, after G. H. Golub and
+! C. F. Van Loan, Matrix Computations. They do what the core asks for and no more; arguments and storage are those of LAPACK.
 
 !> Factorise a band matrix by Gaussian elimination with row exchanges.
 subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)

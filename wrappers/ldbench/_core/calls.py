@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from . import flat
-from .errors import Error, error_of
+from .errors import Error, error_of_core
 
 Result = TypeVar("Result")
 Progress = Callable[[str, float], object]
@@ -29,8 +29,8 @@ def text(buffer: bytes, length: int) -> str:
 def check(message: bytes, length: int, label: str = "") -> None:
     """Raise the error that a core procedure reports, if it does; `label` says which case."""
     if length:
-        words = text(message, length)
-        raise error_of(f"{label}{', ' if words.startswith('&') else ': '}{words}" if label else words)
+        error = error_of_core(*text(message, length).split("\x1c"))
+        raise error.within(label) if label else error
 
 
 @functools.cache
@@ -70,11 +70,11 @@ def path_bytes(path: str | os.PathLike[str]) -> bytes:
 def text_bytes(words: str) -> bytes:
     """Encode a text for the core; refuse a zero byte, which would end the text there."""
     if "\0" in words:
-        raise Error(f"expected a text without zero bytes, found {words!r}")
+        raise Error(expected="a text without zero bytes", found=f"{words!r}")
     try:
         return os.fsencode(words)
     except UnicodeEncodeError:
-        raise Error(f"expected a text that a file can hold, found {words!r}") from None
+        raise Error(expected="a text that a file can hold", found=f"{words!r}") from None
 
 
 def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) -> Result:

@@ -3,15 +3,20 @@ from __future__ import annotations
 
 import difflib
 import errno
-import re
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any, TypeVar
 
 LONGEST = 2048          # of a message in the core [characters]
 
-UNREADABLE = "cannot be opened for reading"
-# Where something is wrong besides the file: 'FILE, line 3, &group variable = value', each of which may be missing.
-PLACE = re.compile(r"(?:, |: |^)(?:line (\d+)|&(\w+)(?: (\w+)(?: = (?:(?!, |: ).)*)?)?)(?=, |: |$)")
+HEADER = ", header"     # follows the file in the label of a case that a column file tells
+
+Kind = TypeVar("Kind", bound="Error")
+
+
+def one_line(text: object) -> str:
+    return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in str(text))
 
 
 class Error(RuntimeError):
@@ -20,8 +25,8 @@ class Error(RuntimeError):
     An Error about an argument is a ValueError or a TypeError as well, one about a name that stands for nothing a KeyError, and one
     about a file that is not there a FileNotFoundError.
 
-    Where the text says so, the attributes tell the parts of it: `file`, `line` (a number), `group` and `variable` of the
-    namelist, what was `expected` and what was `found`; the others are None.
+    Attributes tell the parts of the text as far as it has them: `file`, `line` (a number), `group` and `variable` of the namelist,
+    what was `expected` and what was `found`; the others are None.
     """
 
     file: str | None
@@ -31,23 +36,37 @@ class Error(RuntimeError):
     expected: str | None
     found: str | None
 
-    def __init__(self, message: str) -> None:
-        line = "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in message)
-        super().__init__(line if len(line) < LONGEST else f"{line[:LONGEST - 4]}...")
-        self.file = self.line = self.group = self.variable = self.expected = self.found = None
-        where, wanted, rest = f": {self}".partition(": expected ")
-        if wanted:
-            self.expected, _, found = rest.partition(", found ")
-            self.found = re.sub(r"  \[.*\]$", "", found)        # the line of the namelist follows in brackets
-        else:
-            where, unreadable, _ = where.partition(f": {UNREADABLE}")
-            where = where if unreadable else ""
-        for number, group, variable in PLACE.findall(where):
-            self.line = int(number) if number else self.line
-            self.group, self.variable = (group, variable or None) if group else (self.group, self.variable)
-        # A file that a case or a variable names comes after it: 'FILE, &group variable: FILE'.
-        files = PLACE.sub("", where).replace(", header", "").split(": ")
-        self.file = next(filter(None, reversed(files)), None)
+    def __init__(self, statement: str = "", *, file: str | os.PathLike[str] | None = None, line: int | None = None,
+                 group: str | None = None, variable: str | None = None, place: str = "", expected: object = None,
+                 found: object = None, advice: str = "") -> None:
+        """Compose 'FILE, line LINE, &GROUP VARIABLE, PLACE: expected EXPECTED, found FOUND; ADVICE', or with a statement instead of
+        what was expected. `place` says where in other words; advice that is a sentence of its own begins with a stop."""
+        where = [os.fspath(file) if file else "", "" if line is None else f"line {line}",
+                 f"&{group}{f' {variable}' if variable else ''}" if group else "", place]
+        if expected is not None:
+            statement = f"expected {expected}" + ("" if found is None else f", found {found}")
+        if advice:
+            statement += advice if advice.startswith(".") else f"; {advice}"
+        self._tell(": ".join(filter(None, (", ".join(filter(None, where)), statement))))
+        self.file, self.line, self.group, self.variable = _file(file) if file else None, line, group, variable
+        self.expected, self.found = (None if part is None else one_line(part) for part in (expected, found))
+
+    def _tell(self, message: str) -> None:
+        line = one_line(message)
+        self.args = line if len(line) < LONGEST else f"{line[:LONGEST - 4]}...",
+
+    def turned(self, kind: type[Kind]) -> Kind:
+        """This error as one of another kind."""
+        told = kind(str(self))
+        vars(told).update(vars(self))
+        return told
+
+    def within(self, label: str) -> Error:
+        """This error with the file before it that led there: a case, of which this may be a variable, or a list of files."""
+        told = self.turned(type(self))
+        told._tell(f"{label}{', ' if self.group else ': '}{self}")
+        told.file = self.file or _file(label)
+        return told
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -56,12 +75,12 @@ class Error(RuntimeError):
 class MissingFile(Error, FileNotFoundError):
     """A file that does not exist; `except FileNotFoundError` catches this error too."""
 
-    def __new__(cls, *arguments: object) -> MissingFile:
+    def __new__(cls, *arguments: object, **fields: object) -> MissingFile:
         """Make it as a FileNotFoundError is made, also without a message: Dask unpickles exceptions so."""
         return FileNotFoundError.__new__(cls, *arguments)
 
-    def __init__(self, message: str) -> None:
-        super().__init__(message)
+    def __init__(self, statement: str = "", **fields: Any) -> None:
+        super().__init__(statement, **fields)
         self.errno = errno.ENOENT
 
 
@@ -77,12 +96,12 @@ class UnknownName(Error, KeyError):
     """A name that stands for nothing."""
 
 
-def unknown(what: str, name: str, known: Mapping[str, str] | Iterable[str], found: str = "") -> UnknownName:
+def unknown(expected: str, name: str, known: Mapping[str, str] | Iterable[str], found: str = "", **place: Any) -> UnknownName:
     """The error that a name stands for nothing, with the nearest of the known names, or with what this one is called else; `found`
     where that is not the name itself."""
     called = {one.lower(): (known[one] if isinstance(known, Mapping) else one) for one in known}
     near = difflib.get_close_matches(str(name).lower(), called, 1)
-    return UnknownName(f"{what}, found {found or name}" + (f"; {called[near[0]]} is the nearest" if near else ""))
+    return UnknownName(expected=expected, found=found or name, advice=f"{called[near[0]]} is the nearest" if near else "", **place)
 
 
 class Warning(UserWarning):
@@ -93,8 +112,20 @@ class Usage(Error):
     """A command line that the command does not understand."""
 
 
-def error_of(message: str) -> Error:
-    """Make the Error of a message, or a MissingFile if the file that cannot be read does not exist."""
-    before, unreadable, _ = message.partition(f": {UNREADABLE}")
-    path = before.rpartition(": ")[2].rpartition(", ")[2]
-    return MissingFile(message) if unreadable and not Path(path).exists() else Error(message)
+def unreadable(path: str | os.PathLike[str]) -> Error:
+    """The Error that a file cannot be read, a MissingFile if it does not exist."""
+    return (Error if Path(path).exists() else MissingFile)("cannot be opened for reading", file=path)
+
+
+def error_of_core(message: str, file: str, line: str, group: str, variable: str, expected: str, found: str, missing: str) -> Error:
+    """The Error of the message and the fields that the core tells, '' where it has none."""
+    error = (MissingFile if missing else Error)(message)
+    error.file, error.line = file or None, int(line) if line else None
+    error.group, error.variable = group or None, variable or None
+    error.expected, error.found = (expected, found) if expected else (None, None)
+    return error
+
+
+def _file(label: str | os.PathLike[str]) -> str:
+    """The file of a label."""
+    return one_line(os.fspath(label)).removesuffix(HEADER)

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .errors import UNREADABLE, Error, error_of
+from .errors import Error, unreadable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +27,7 @@ def digest(data: bytes) -> str:
 def read_text(path: Path) -> str:
     """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
     if path.is_dir():
-        raise Error(f"{path}: expected a file, found a folder; name a file in it")
+        raise Error(file=path, expected="a file", found="a folder", advice="name a file in it")
     data = read_bytes(path)
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         text = data.decode("utf-16", errors="replace")
@@ -44,7 +44,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except (OSError, ValueError):           # ValueError: a name with a zero byte
-        raise error_of(f"{path}: {UNREADABLE}") from None
+        raise unreadable(path) from None
 
 
 @contextmanager
@@ -76,7 +76,7 @@ def failing_as(target: Path, scratch: Path | None = None) -> Iterator[None]:
         if (isinstance(error, Error) or not isinstance(cause, OSError)
                 or (scratch and cause.filename not in (None, str(scratch)))):
             raise
-        raise Error(f"{target}: cannot be written completely: {cause.strerror or cause}") from None
+        raise Error(f"cannot be written completely: {cause.strerror or cause}", file=target) from None
 
 
 def make_folder(file: Path) -> None:
@@ -88,23 +88,23 @@ def make_folder(file: Path) -> None:
 def check_target(file: Path) -> None:
     """Refuse a target that is no file or has no folder; the default folder will be made later."""
     if file.exists() and not file.is_file():
-        raise Error(f"{file}: expected a file to write, found a {'folder' if file.is_dir() else 'device'}")
+        raise Error(file=file, expected="a file to write", found=f"a {'folder' if file.is_dir() else 'device'}")
     if file.exists() and not os.access(file, os.W_OK):
-        raise Error(f"{file}: expected a file that may be written, found one that is protected")
+        raise Error(file=file, expected="a file that may be written", found="one that is protected")
     if not file.parent.is_dir() and file.parent != Path(DEFAULT_FOLDER):
-        raise Error(f"{file}: expected a folder that is there, found none")
+        raise Error(file=file, expected="a folder that is there", found="none")
 
 
 def check_ending(file: Path, what: str, *endings: str) -> None:
     """Refuse to write something else than the name of a file says; `what` is written, with one of these endings."""
     if file.suffix.lower() not in endings:
-        raise Error(f"{file}: expected {what}, found {file.suffix or 'no ending'}")
+        raise Error(file=file, expected=what, found=file.suffix or "no ending")
 
 
 def make_results_folder(folder: Path) -> None:
     """Make the folder of several results where it is missing, with those above it."""
     if folder.exists() and not folder.is_dir():
-        raise Error(f"{folder}: expected a folder for the results, found a file")
+        raise Error(file=folder, expected="a folder for the results", found="a file")
     folder.mkdir(parents=True, exist_ok=True)
 
 
@@ -114,7 +114,7 @@ def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
     for file in written:
         check_target(file)
         if file.resolve() in taken:
-            raise Error(f"{file}: expected a file of its own to write, found one that is read or written besides")
+            raise Error(file=file, expected="a file of its own to write", found="one that is read or written besides")
         taken.add(file.resolve())
 
 

@@ -1,5 +1,5 @@
 ! The interface that f2py reads: plain procedures with numbers, arrays and texts.
-! Texts come back in buffers with their length; a message of length 0 means success.
+! Texts come back in buffers with their length; a message of length 0 means success. The fields of an error follow its message.
 ! numbers(n) and words (256 characters each) hold a case, in the order of describe_variables.
 
 module flat
@@ -56,8 +56,7 @@ contains
     call give(lines, listing, length)
   end subroutine describe_variables
 
-  !> Names and units of the columns; then the kinds of
-  !> events, one per line; then the program's version.
+  !> Names and units of the columns; then the kinds of events, one per line; then the program's version.
   subroutine describe_results(listing, length)
     character(8192), intent(out) :: listing
     integer, intent(out) :: length
@@ -102,7 +101,7 @@ contains
     integer, intent(in) :: n
     real(8), intent(out) :: numbers(n)
     character(32768), intent(out) :: words
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     type(line_type), allocatable :: lines(:)
     type(case_type) :: c
@@ -124,7 +123,7 @@ contains
     character(*), intent(in) :: file, words
     integer, intent(in) :: n
     real(8), intent(in) :: numbers(n)
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     type(case_type) :: c
     type(error_type), allocatable :: error
@@ -154,7 +153,7 @@ contains
     real(8), intent(in) :: numbers(n)
     character(*), intent(in) :: words, paths
     integer(8), intent(out) :: handle
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     !f2py threadsafe
     type(prepared_type), pointer :: p
@@ -175,7 +174,7 @@ contains
     real(8), intent(in) :: numbers(n)
     character(*), intent(in) :: words, paths
     integer(8), intent(out) :: handle
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     !f2py threadsafe
     type(prepared_type), pointer :: p
@@ -255,7 +254,7 @@ contains
     real(8), intent(inout) :: progress(2)
     integer, intent(inout) :: stop_asked(1)
     integer(8), intent(out) :: handle
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     !f2py threadsafe
     type(finished_type), pointer :: run
@@ -334,7 +333,7 @@ contains
   subroutine write_run(prepared, handle, path, message, length)
     integer(8), intent(in) :: prepared, handle
     character(*), intent(in) :: path
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     !f2py threadsafe
     type(error_type), allocatable :: error
@@ -376,9 +375,9 @@ contains
   end subroutine contact_values
 
   !> Pressures of the wheel of a side (1 left, 2 right) in a pose: axle centre y, z [m], roll [rad]. The right side is given as
-  !> its mirror image. Grids have nx by ns elements to a patch; n patches are filled. point: rows of elements on the wheel,
-  !> wheelset frame, and half of the pressed length of each row [m]. facts: the numbers of `pressed_patch` in their order, with 1 for a flange. total: F_y, F_z [N], M_x about
-  !> the axle centre [N m], energy [J].
+  !> its mirror image. Grids have nx by ns elements to a patch; n patches are filled. point and width: rows of elements on the
+  !> wheel, wheelset frame, and half of the pressed length of each row [m]. facts: the numbers of `pressed_patch` in their
+  !> order, with 1 for a flange. total: F_y, F_z [N], M_x about the axle centre [N m], energy [J].
   subroutine pressures(handle, side, pose, nx, ns, n, ok, p, point, width, facts, total)
     integer(8), intent(in) :: handle
     integer, intent(in) :: side, nx, ns
@@ -451,7 +450,7 @@ contains
   subroutine check_profile(path, kind, message, length)
     character(*), intent(in) :: path
     integer, intent(in) :: kind
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     type(profile_type) :: p
     type(error_type), allocatable :: error
@@ -495,7 +494,7 @@ contains
     real(8), intent(in) :: numbers(n)
     character(*), intent(in) :: words, paths
     integer(8), intent(out) :: handle
-    character(2048), intent(out) :: message
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     !f2py threadsafe
     type(prepared_type), pointer :: p
@@ -556,14 +555,14 @@ contains
     end associate
   end subroutine rigid_numbers
 
-  !> Find out before the work, not after it, that a file cannot be written.
-  subroutine check_writable(file, variable, path, message, length)
-    character(*), intent(in) :: file, variable, path
-    character(2048), intent(out) :: message
+  !> Find out before the work, not after it, that the `file` of a group cannot be written.
+  subroutine check_writable(file, group, path, message, length)
+    character(*), intent(in) :: file, group, path
+    character(16384), intent(out) :: message
     integer, intent(out) :: length
     type(error_type), allocatable :: error
 
-    call check_path(file, variable, path, error)
+    call check_path(file, group, path, error)
     call give_error(error, message, length)
   end subroutine check_writable
 

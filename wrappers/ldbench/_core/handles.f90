@@ -1,13 +1,12 @@
-!> What Python holds of the core: prepared cases and finished runs behind integer
-!> handles (addresses), cases as arrays over the list of namelist variables, and a monitor
-!> that shares a few numbers with another thread.
+!> What Python holds of the core: prepared cases and finished runs behind integer handles (addresses), cases as arrays over the
+!> list of namelist variables, and a monitor that shares a few numbers with another thread.
 module handles
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_type, list_variables, text_length, variable_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use curve, only: curve_frame, curve_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, refuse
   use kinds, only: dp
   use profile, only: profile_type
   use progress, only: monitor_type
@@ -96,8 +95,8 @@ contains
     setup%rail(2)%file = trim(merge(c%rail_profile, c%rail_profile_right, c%rail_profile_right == ''))
   end subroutine rename
 
-  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case
-  !> keeps the names as its namelist has them.
+  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case keeps the names as its namelist has
+  !> them.
   subroutine prepare_located(p, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
@@ -201,8 +200,8 @@ contains
     z = z + (depth(i) + t*(depth(i + 1) - depth(i - 1))/4)/normal(2, i)
   end subroutine sharpen
 
-  !> A case with the contact table of another, `from`, which must have the same geometry and
-  !> material, and must stay as long as this one.
+  !> A case with the contact table of another, `from`, which must have the same geometry and material, and must stay as long as
+  !> this one.
   subroutine adapt(p, from, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(prepared_type), intent(in) :: from
@@ -234,8 +233,8 @@ contains
       if (allocated(error)) return
       call read_lines(trim(path), lines, error)
       if (allocated(error)) return
-      if (checksum(lines) /= old%checksum) call fatal_error(error, trim(path)// &
-        ': expected the profile of the contact table, CRC-32 '//old%checksum//', found '//checksum(lines))
+      if (checksum(lines) /= old%checksum) call refuse(error, 'the profile of the contact table, CRC-32 '//old%checksum, &
+        checksum(lines), trim(path))
     end subroutine same_profile
 
   end subroutine adapt
@@ -270,8 +269,7 @@ contains
     if (.not. allocated(error)) call finish_columns(p%c, run%run_type, columns, error)
   end subroutine write_finished
 
-  !> The values of a case in the order of the list of variables: numbers, and texts one after
-  !> the other.
+  !> The values of a case in the order of the list of variables: numbers, and texts one after the other.
   subroutine export_case(c, numbers, words)
     type(case_type), intent(in) :: c
     real(dp), intent(out) :: numbers(:)
@@ -316,15 +314,42 @@ contains
     length = min(len(text), len(buffer))
   end subroutine give
 
-  !> The message of an error for Python; length 0 when there is none.
+  !> An error for Python: its message, then its file, line, group, variable, what was expected and found, and 'missing' where
+  !> there is no such file, with a character FS (28) between two of them; length 0 when there is none.
   subroutine give_error(error, message, length)
     type(error_type), allocatable, intent(in) :: error
     character(*), intent(out) :: message
     integer, intent(out) :: length
+    integer, parameter :: longest = 2048       ! part; Python shows no longer one, and the buffer holds all parts
+    character(:), allocatable :: parts
 
     message = ''
     length = 0
-    if (allocated(error)) call give(error%message, message, length)
+    if (.not. allocated(error)) return
+    parts = ''
+    call add(error%message)
+    call add(error%file)
+    if (error%line > 0) then
+      call add(str(error%line))
+    else
+      call add()
+    end if
+    call add(error%group)
+    call add(error%variable)
+    call add(error%expected)
+    call add(error%found)
+    call add(trim(merge('missing', '       ', error%missing)))
+    call give(parts(2:), message, length)
+
+  contains
+
+    subroutine add(part)
+      character(*), intent(in), optional :: part
+
+      parts = parts//achar(28)
+      if (present(part)) parts = parts//part(:min(len(part), longest))
+    end subroutine add
+
   end subroutine give_error
 
   subroutine new_prepared(p, handle)
@@ -385,7 +410,7 @@ contains
     if (this%n == size(this%values, 2)) then
       allocate (grown(size(row), 2*this%n), stat=stat)
       if (stat /= 0) then
-        call fatal_error(error, 'expected memory for '//str(2*this%n)//' rows, found less')
+        call refuse(error, 'memory for '//str(2*this%n)//' rows', 'less')
         return
       end if
       grown(:, :this%n) = this%values

@@ -32,8 +32,8 @@ def parse_values(setting: str, drawn: bool = False) -> tuple[str, list[Value]]:
     """mass=1,2,4 or mass=1:4:7 as a name and values; where values are drawn, mass=1:4 as a name and the ends of a range."""
     name, words = setting.partition("=")[::2]
     if drawn != bool(re.fullmatch("[^:,]+:[^:,]+", words)):
-        raise Usage(f"expected a range name=1:4 after --over with -n, found {setting}" if drawn else
-                    f"expected name=1,2,4 or name=1:4:7 after --over, or a range with -n, found {setting}")
+        raise Usage(expected="a range name=1:4 after --over with -n" if drawn else
+                    "name=1,2,4 or name=1:4:7 after --over, or a range with -n", found=setting)
     try:
         if found := re.fullmatch(r"([^:]+):([^:]+):(\d{1,9})", words):
             low, high = float(found[1]), float(found[2])
@@ -44,7 +44,7 @@ def parse_values(setting: str, drawn: bool = False) -> tuple[str, list[Value]]:
             raise ValueError
         return name, [parse_setting(f"{name}={word}", "--over")[1] for word in re.split("[,:]", words)]
     except ValueError:
-        raise Usage(f"expected name=1,2,4 or name=1:4:7 after --over, found {setting}") from None
+        raise Usage(expected="name=1,2,4 or name=1:4:7 after --over", found=setting) from None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,8 +74,8 @@ def main(args: argparse.Namespace) -> int:
     if args.output:
         print(f"{args.output}: xarray.open_zarr reads it")
     if (dataset.error != "").all():
-        raise Error(f"ensemble: expected a run that succeeds, found {dataset.error.size} that failed, the first one with: "
-                    f"{dataset.error.values.flat[0]}")
+        raise Error(place="ensemble", expected="a run that succeeds",
+                    found=f"{dataset.error.size} that failed, the first one with: {dataset.error.values.flat[0]}")
     return 0
 
 

@@ -18,7 +18,7 @@ from .._core.errors import Error, Usage
 from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
 from ..case import Value, find_variable, shortest_name, variables
-from ..results.header import read_header
+from ..results.header import read_comments
 from ..results.run_data import read_data
 from . import NEXT
 
@@ -57,9 +57,10 @@ def add_map(parser: argparse.ArgumentParser) -> None:
 def check_names(files: Iterable[Path], map: Path | None) -> None:
     """Error, which says how columns get our names, where a file of another code has none that is our time."""
     for file in files if map is None else ():
-        if not read_header(file).settings and "time" not in (names := read_data(file).data):
-            raise Error(f"{file}: expected a column time, or --map TOML that names our columns, found {', '.join(names)}. "
-                        "`ldbench check FILE --save-map TOML` guesses the map of a simulation of the benchmark")
+        if not read_comments(file).settings and "time" not in (names := read_data(file).data):
+            raise Error(file=file, expected="a column time, or --map TOML that names our columns",
+                        found=f"{', '.join(names)}. `ldbench check FILE --save-map TOML` guesses the map of a simulation of "
+                              "the benchmark")
 
 
 def add_simulation(parser: argparse.ArgumentParser) -> None:
@@ -134,7 +135,7 @@ def parse_setting(setting: str, option: str = "--set") -> tuple[str, Value]:
     """name=value of the command line, as `Case.replace` takes it."""
     name, equals, word = setting.partition("=")
     if not equals:
-        raise Usage(f"expected name=value after {option}, found {setting}")
+        raise Usage(expected=f"name=value after {option}", found=setting)
     if variables()[find_variable(name)].kind == "text":
         return name, word.strip("'\"")
     try:

@@ -43,9 +43,10 @@ def main(args: argparse.Namespace) -> int:
         closed = [name for name in CONTACT_NAMES if run.closed(name)[k]]
         where = f"{args.file}, t = {run.time[k]:.6f} s"
         if args.contact in closed:
-            raise Error(f"{where}: expected pressure in {args.contact}, found none: pressed together with the tread, the flange "
-                        "carries nothing")
-        raise Error(f"{where}: expected {args.contact or 'a contact'} closed, found {', '.join(closed) or 'all contacts open'}")
+            raise Error(file=where, expected=f"pressure in {args.contact}",
+                        found="none: pressed together with the tread, the flange carries nothing")
+        raise Error(file=where, expected=f"{args.contact or 'a contact'} closed",
+                    found=", ".join(closed) or "all contacts open")
     save_page(run, k, patches, args.output)
     if args.json:
         print_json({"time": run.time[k], "patches": [patch.facts() for patch in patches], "picture": str(args.output)})
@@ -70,5 +71,6 @@ def row_at(run: RunData, time: float) -> int:
     """The row nearest to a time; Error where the run does not go there."""
     t = run.time
     if not t[0] <= time <= t[-1]:
-        raise Error(f"{run.file}, --at {time:g}: expected a time from {t[0]:g} to {t[-1]:g} s, found {time:g}")
+        raise Error(file=run.file, place=f"--at {time:g}", expected=f"a time from {t[0]:g} to {t[-1]:g} s",
+                    found=f"{time:g}")
     return int(np.abs(t - time).argmin())

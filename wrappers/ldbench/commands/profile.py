@@ -59,7 +59,7 @@ def two_radii(words: str) -> tuple[float, float]:
 
 def main(args: argparse.Namespace) -> int:
     if len(args.files) > 2:
-        raise Usage(f"expected a wheel or a rail, or one of each, found {len(args.files)} files")
+        raise Usage(expected="a wheel or a rail, or one of each", found=f"{len(args.files)} files")
     check_ending(args.output, "a page .pdf or .png, or a curve .yz", ".pdf", ".png", ".yz")
     check_written([args.output], map(Path, args.files))
     case = Case(settings(args.set))
@@ -69,16 +69,16 @@ def main(args: argparse.Namespace) -> int:
     found = None
     if len(profiles) == 2:
         if profiles[0].kind == profiles[1].kind:
-            raise Error(f"expected a wheel and a rail, found two {profiles[0].kind}s: {', '.join(args.files)}")
+            raise Error(expected="a wheel and a rail", found=f"two {profiles[0].kind}s: {', '.join(args.files)}")
         found = pair(case.replace(wheel_profile=profiles[0], rail_profile=profiles[1]), args.radii)
     elif args.radii or args.en15302:
-        raise Usage(f"expected a wheel and a rail for {'--radii' if args.radii else '--en15302'}, found one profile")
+        raise Usage(expected=f"a wheel and a rail for {'--radii' if args.radii else '--en15302'}", found="one profile")
     right = [Path(file).name for file in (case.wheel_profile_right, case.rail_profile_right) if file]
     note = (f"on the right {', '.join(right)}; " if right else "") + f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m"
     note = note if found else ""
     if args.output.suffix == ".yz":
         if found:
-            raise Usage("expected one profile for a curve .yz, found two")
+            raise Usage(expected="one profile for a curve .yz", found="two")
         profiles[0].write(args.output)
     else:
         save_page(profiles, found, note, args.output, args.en15302)

@@ -33,10 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     if args.output and len(args.namelists) > 1:
-        raise Usage(f"-o: expected one namelist, found {len(args.namelists)}")
+        raise Usage(place="-o", expected="one namelist", found=len(args.namelists))
     cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]
     for case in cases:
-        case.check_writable("&output file", output_path(case))
+        case.check_writable("output", output_path(case))
     check_written([Path(output_path(case)) for case in cases], map(Path, args.namelists))
     if len(cases) == 1:
         show(written(cases[0], True), 0, args.json)
@@ -82,5 +82,5 @@ def chosen(namelist: str, changes: dict[str, Value], output: str | None) -> Case
 
 def facts(result: Run) -> dict[str, object]:
     """Collect the results of a run for other programs."""
-    return {"case": result.name, "file": str(result.file), **result.results, "seconds": result.seconds,
+    return {"case": result.name, "file": str(result.file), "end": result.ending, **result.results, "seconds": result.seconds,
             "events": [event._asdict() for event in result.events]}

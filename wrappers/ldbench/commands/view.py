@@ -69,9 +69,9 @@ def main(args: argparse.Namespace) -> int:
     kind = target.suffix.lower()
     for name, value in ("--from", args.start), ("--to", args.end), ("--speed", args.speed):
         if value is not None and kind in PAGES:
-            raise Usage(f"{name}: expected with a film -o FILE.mp4, found with a page")
+            raise Usage(place=name, expected="with a film -o FILE.mp4", found="with a page")
         if value is not None and kind == PICTURE and name != "--from":
-            raise Usage(f"{name}: expected with a film -o FILE.mp4, found with the picture of a moment")
+            raise Usage(place=name, expected="with a film -o FILE.mp4", found="with the picture of a moment")
     case = Case.from_namelist(args.case) if args.case else None
     check_written([target], args.files)
     check_names(args.files, args.map)

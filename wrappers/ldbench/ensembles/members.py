@@ -42,16 +42,16 @@ def plan(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]], n: in
     """The members; sizes of the dimensions; coordinates."""
     if not isinstance(case, Case):
         if over or n is not None:
-            raise BadValue("ensemble: expected one case with `over` and n, found a list of cases")
+            raise BadValue(place="ensemble", expected="one case with `over` and n", found="a list of cases")
         if not case:
-            raise BadValue("ensemble: expected at least one case, found none")
+            raise BadValue(place="ensemble", expected="at least one case", found="none")
         return list(case), {"member": len(case)}, {}
     known = {name: variables()[k] for name, k in zip(over, find_variables(over), strict=True)}
     if n is None:
         points: Sequence[tuple[Value, ...]] = list(itertools.product(*over.values()))
         dims, values = {name: len(listed) for name, listed in over.items()}, over
         if not points:
-            raise BadValue("ensemble: expected at least one value of every variable, found none")
+            raise BadValue(place="ensemble", expected="at least one value of every variable", found="none")
     else:
         points = draws(over, n, seed, draw)
         dims, values = {"member": n}, dict(zip(over, zip(*points, strict=True), strict=True))
@@ -73,14 +73,15 @@ def draws(over: Mapping[str, Sequence[Value]], n: int, seed: int, draw: str) -> 
     'even' is the additive recurrence of Roberts (2018) with the root of x^(d+1) = x + 1, shifted at random.
     """
     if draw not in ("random", "even"):
-        raise BadValue(f"ensemble: expected draw = 'random' or 'even', found {draw!r}")
+        raise BadValue(place="ensemble", expected="draw = 'random' or 'even'", found=f"{draw!r}")
     for name, side in over.items():
         if len(side) != 2 or any(isinstance(x, str) for x in side):
-            raise BadValue(f"ensemble: expected a range (low, high) of {name} to draw from, found {side!r}")
+            raise BadValue(place="ensemble", expected=f"a range (low, high) of {name} to draw from", found=f"{side!r}")
     if not over or not 1 <= n < 2**31:
-        raise BadValue(f"ensemble: expected at least one range and 1 to {2**31 - 1} draws, found {len(over)} and {n}")
+        raise BadValue(place="ensemble", expected=f"at least one range and 1 to {2**31 - 1} draws",
+                       found=f"{len(over)} and {n}")
     if seed < 0:
-        raise BadValue(f"ensemble: expected a seed from 0, found {seed}")
+        raise BadValue(place="ensemble", expected="a seed from 0", found=seed)
     generator, d = np.random.default_rng(seed), len(over)
     if draw == "random":
         unit = generator.random((n, d))
@@ -98,13 +99,13 @@ def check_wanted(wanted: Wanted, over: Iterable[str]) -> None:
     known = descriptions()[0].split()
     for name in wanted.columns:
         if name not in known:
-            raise unknown(f"ensemble: expected columns among {', '.join(known)}", name, known)
+            raise unknown(f"columns among {', '.join(known)}", name, known, place="ensemble")
         if name in over:
             variable = variables()[find_variable(name)]
-            raise BadValue(f"ensemble: {name} is both a column and a variable of the case: call the latter "
-                           f"{variable.group}_{variable.name}")
+            raise BadValue(f"{name} is both a column and a variable of the case: call the latter "
+                           f"{variable.group}_{variable.name}", place="ensemble")
     if wanted.rows is not None and wanted.rows < 2:
-        raise BadValue(f"ensemble: expected rows of at least 2, found {wanted.rows}")
+        raise BadValue(place="ensemble", expected="rows of at least 2", found=wanted.rows)
 
 
 def table_keys() -> Callable[[Case], TableKey]:
@@ -171,6 +172,7 @@ def run_member(member: Member, table: ContactTable | None, wanted: Wanted, progr
 def record(done: Run, wanted: Wanted) -> Record:
     """Results, events and wanted columns of a run."""
     found: Record = {name: value if isinstance(value, (bool, str)) else float(value) for name, value in done.results.items()}
+    found["end"] = done.ending
     times, forces = np.full((2, len(event_kinds()), OCCURRENCES), np.nan)     # [s], [N]
     for k, kind in enumerate(event_kinds()):
         for place, event in enumerate([event for event in done.events if event.kind == kind][:OCCURRENCES]):

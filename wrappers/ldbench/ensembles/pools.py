@@ -93,7 +93,7 @@ def run_there(members: Sequence[Member], groups: Iterable[Group], wanted: Wanted
             for (numbers, _), records in as_they_come(submit, tasks(), threads):
                 yield from zip(numbers, pickle.loads(records), strict=True)
         except distributed.KilledWorker as error:
-            raise Error(f"ensemble: workers died again and again at the same task: {error}") from None
+            raise Error(f"workers died again and again at the same task: {error}", place="ensemble") from None
 
 
 def connected(scheduler: str) -> distributed.Client:
@@ -108,7 +108,7 @@ def connected(scheduler: str) -> distributed.Client:
         needed("dask", "ensemble").config.set({"distributed.admin.large-graph-warning-threshold": "1GB"})
         return distributed.Client(scheduler, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise Error(f"{scheduler}: expected a Dask scheduler, found none: {error}") from None
+        raise Error(file=scheduler, expected="a Dask scheduler", found=f"none: {error}") from None
 
 
 def check_security(scheduler: str, security: distributed.Security) -> None:
@@ -116,9 +116,10 @@ def check_security(scheduler: str, security: distributed.Security) -> None:
     found = security.get_connection_args("client")
     if scheduler.startswith("tls://"):
         if not found.get("ssl_context"):
-            raise Error(f"{scheduler}: expected certificates in Dask's configuration, distributed.comm.tls, found none")
+            raise Error(file=scheduler, expected="certificates in Dask's configuration, distributed.comm.tls",
+                        found="none")
     elif found.get("require_encryption"):
-        raise Error(f"{scheduler}: expected tls://, which Dask's configuration requires")
+        raise Error(file=scheduler, expected="tls://, which Dask's configuration requires")
 
 
 class Files(NamedTuple):

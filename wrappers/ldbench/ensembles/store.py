@@ -71,10 +71,10 @@ def open_records(store: Path) -> Iterator[Records]:
     """The records of a store, which other processes wait for."""
     needed("zarr", "ensemble")
     if not store.name:
-        raise Error(f"{store}: expected the name of a Zarr directory, found a folder")
+        raise Error(file=store, expected="the name of a Zarr directory", found="a folder")
     if store.exists() and not is_ours(store):
-        raise Error(f"{store}: expected a Zarr directory that an ensemble has made, or nothing, found something else. "
-                    "Remove it or choose another name")
+        raise Error(file=store, expected="a Zarr directory that an ensemble has made, or nothing", found="something else",
+                    advice=". Remove it or choose another name")
     file = kept_in(store.parent)/f"{store.name}.sqlite"
     try:
         with failing_as(store):
@@ -83,9 +83,10 @@ def open_records(store: Path) -> Iterator[Records]:
             lock(database, store)
             yield Records(database)
     except sqlite3.OperationalError as error:
-        raise Error(f"{store}: cannot be written completely: {error}") from None
+        raise Error(f"cannot be written completely: {error}", file=store) from None
     except (sqlite3.DatabaseError, pickle.UnpicklingError) as error:
-        raise Error(f"{file}: expected results that an ensemble kept, found them damaged: {error}. Remove it") from None
+        raise Error(file=file, expected="results that an ensemble kept", found=f"them damaged: {error}",
+                    advice=". Remove it") from None
 
 
 def is_ours(store: Path) -> bool:

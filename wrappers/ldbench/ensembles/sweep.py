@@ -51,7 +51,7 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
 
     needed("xarray", "ensemble")
     if threads is not None and threads < 1:
-        raise BadValue(f"ensemble: expected at least one thread, found {threads}")
+        raise BadValue(place="ensemble", expected="at least one thread", found=threads)
     over = dict(over or {})
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)

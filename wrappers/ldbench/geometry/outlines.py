@@ -58,7 +58,7 @@ def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[O
 
     assumed: the run or case whose profiles stand for those of a file without ldbench's header.
     """
-    source = assumed if assumed is not None and not run.header.settings else run
+    source = assumed if assumed is not None and not run.is_ours else run
     try:
         case = source.case if isinstance(source, RunData) else source
     except Error as error:
@@ -76,13 +76,15 @@ def run_outlines(run: RunData, assumed: RunData | Case | None = None) -> tuple[O
         return outlines, ""
     changed = dict.fromkeys(file.name for name, file in files.items() if not fits(case, source, name))
     remark = f"{' and '.join(changed)} changed since the run" if changed else ""
-    return replace(outlines, axle=source.result("axle_height"), roll=source.result("axle_roll"),
-                   clearance=(source.result("clearance_left"), source.result("clearance_right"))), remark
+    told = source.results
+    return replace(outlines, axle=told["axle_height"], roll=told["axle_roll"],
+                   clearance=(told["clearance_left"], told["clearance_right"])), remark
 
 
 def pose(run: RunData, k: int) -> tuple[float, float, float]:
     """Axle centre and roll angle in the track frame at row k [m, m, rad]."""
-    return (run.values("Y")[k], run.result("axle_height") + run.values("Z")[k], run.result("axle_roll") + run.values("roll")[k])
+    axle, roll = run.results["axle_height"], run.results["axle_roll"]
+    return run.values("Y")[k], axle + run.values("Z")[k], roll + run.values("roll")[k]
 
 
 def flange_angle(side: Side) -> float:

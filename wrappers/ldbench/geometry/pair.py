@@ -101,6 +101,6 @@ def tape_radius(case: Case, handle: Handle, side: int) -> float:
     y, z = flat.outline_points(handle, 1, side, sizes[0, side - 1])
     at = case.back_to_back/2 + TAPE_CIRCLE
     if not y[0] <= at <= y[-1]:
-        raise Error(f"{case.label}: expected a wheel that reaches the tape circle, {MM*TAPE_CIRCLE:g} mm from its back, "
-                    f"found one from {MM*(y[0] - case.back_to_back/2):.1f} to {MM*(y[-1] - case.back_to_back/2):.1f} mm")
+        raise Error(file=case.label, expected=f"a wheel that reaches the tape circle, {MM*TAPE_CIRCLE:g} mm from its back",
+                    found=f"one from {MM*(y[0] - case.back_to_back/2):.1f} to {MM*(y[-1] - case.back_to_back/2):.1f} mm")
     return -float(np.interp(at, y, z))

@@ -28,7 +28,7 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
     changed = [file for name, file in case.profile_files().items() if Path(file).is_file()
                and not fits(case, run, name)]
     if changed:
-        raise Error(f"{changed[0]}: expected the profile of the run {run.file}, found one that has changed since")
+        raise Error(file=changed[0], expected=f"the profile of the run {run.file}", found="one that has changed since")
     if run not in _placed:
         _placed[run] = rigid_geometry(case)
     loads = {contact: (float(run.values(f"N_{contact}")[k]), float(run.values(f"angle_{contact}")[k])) for contact in contacts}
@@ -38,7 +38,7 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
 def known_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS) -> list[Patch]:
     """The patches of some contacts at row k; none where no pressure is known: of another law of contact, of another code, or with
     profiles that are not there or not those of the run."""
-    if run.formulation != "elastic" or run.setting("contact", "model") != "halfspace":
+    if run.law != "halfspace":
         return []
     try:
         return run_patches(run, k, contacts)

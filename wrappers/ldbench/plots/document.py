@@ -22,7 +22,7 @@ from pypdf.generic import Fit
 from .._core.errors import Error
 from .._core.files import check_ending, check_written, complete, failing_as
 from .._core.pools import call_known, processes
-from ..results.run_data import RunData, read_all, read_data
+from ..results.run_data import RunData, read_data
 from ..results.summary import summary_row
 from ..results.twins import Chaotic
 from .energies import energy_page, is_ramp, ramp_page
@@ -78,8 +78,8 @@ def case_figures(run: RunData, fine: Fine | None = None) -> Iterator[tuple[str, 
             drawn = True
             yield title, figure
     if not drawn:
-        raise Error(f"{run.file}: expected time and other columns of ours to draw (a map of names, --map, may tell which), "
-                    f"found {', '.join(map(str, run.data))}")
+        raise Error(file=run.file, expected="time and other columns of ours to draw (a map of names, --map, may tell which)",
+                    found=", ".join(map(str, run.data)))
 
 
 def possible_figures(run: RunData, fine: Fine | None) -> Iterator[tuple[str, Figure | None]]:
@@ -139,7 +139,7 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
     """Write the PDF of column files; the number of its pages. `done` is called after each file; map: another code's names."""
     check_written([target], [*files, *geometry])
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
-    runs = read_all(files, jobs) if map is None else [read_data(file, map) for file in files]
+    runs = [read_data(file, map) for file in files]
     shapes = [(run := read_data(file), run.data) for file in geometry]
     with drawing(runs, target, shapes, jobs, done) as finish:
         return finish()

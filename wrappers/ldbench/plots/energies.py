@@ -90,7 +90,7 @@ def draw_spectra(place: SubplotSpec, run: RunData, window: Window) -> None:
 
 def frequencies(run: RunData) -> list[float]:
     """The eigenfrequencies at rest that are known [Hz]."""
-    return [f for k in (1, 2, 3) if np.isfinite(f := run.result(f"frequency_{k}"))]
+    return [f for k in (1, 2, 3) if np.isfinite(f := run.results.get(f"frequency_{k}", np.nan))]
 
 
 def is_ramp(run: RunData) -> bool:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from .._core.errors import Error
 from ..constants import MM
 from ..number_text import scientific
 from ..results.run_data import RunData
@@ -37,31 +38,37 @@ def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
 
 
 def caption(run: RunData) -> str:
-    """The settings of a run."""
-    if not run.header.settings:
-        return str(run.file)
-    integrator = "Newmark" if run.number("integrator", "beta") else "explicit"
-    order, tolerance = (run.number("integrator", name) for name in ("order", "energy_tolerance"))
-    cut = f" at most, cut where it changes the energy by more than {scientific(tolerance)} J" if tolerance else ""
-    if run.result("missed") > 0:
-        cut += f" ({run.result('missed'):.0f} of {run.result('steps'):.0f} steps still do)"
-    events = " and at events" if run.setting("output", "rows") == "interval_and_events" else ""
-    law = f"normal contact '{run.setting('contact', 'model')}'; {integrator}, order {order:.0f}"
+    """The settings and the profiles of a run; the file where it does not tell its settings."""
+    try:
+        case, results = run.case, run.results
+    except Error:               # another code's file, or that of a version with other variables
+        return f"{run.file}\n{profile_words(run)}".rstrip()
+    cut = ""
+    if case.energy_tolerance:
+        cut = f" at most, cut where it changes the energy by more than {scientific(case.energy_tolerance)} J"
+    if missed := results.get("missed"):
+        cut += f" ({missed} of {results['steps']} steps still do)"
+    events = " and at events" if case.rows == "interval_and_events" else ""
+    law = f"normal contact '{case.model}'; {'Newmark' if case.beta else 'explicit'}, order {case.order}"
     if run.formulation == "bilateral":
         law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"
     if run.formulation == "unilateral":
-        law = (f"rigid contacts that only push, restitution {run.number('contact', 'restitution'):g}; from event to "
-               "event, order 4")
+        law = f"rigid contacts that only push, restitution {case.restitution:g}; from event to event, order 4"
     settings = (
-        f"ldbench {run.header.version}: {law}, step {1e6*run.result('step'):.3g} µs{cut}; "
-        f"output every {1e3*run.number('output', 'interval'):.3g} ms{events}; "
-        f"axle {MM*run.result('axle_height'):.3f} mm above the rails at equilibrium; Y left, Z up")
+        f"ldbench {run.header.version}: {law}, step {1e6*results['step']:.3g} µs{cut}; "
+        f"output every {1e3*case.interval:.3g} ms{events}; "
+        f"axle {MM*results['axle_height']:.3f} mm above the rails at equilibrium; Y left, Z up")
+    return f"{settings}\n{profile_words(run)}"
+
+
+def profile_words(run: RunData) -> str:
+    """The profiles of a run with their checksums, and which of them are reconstructions; '' where the file does not tell them."""
     two_sided = len(run.header.profiles) > 2
     profiles = "; ".join(f"{which} {Path(text).name if two_sided else text}" for which, text in run.header.profiles.items())
     if run.header.reconstruction:
         which = "some of the" if two_sided else "both"
         profiles += f"; {which} profiles are reconstructions, not the organisers' files"
-    return f"{settings}\n{profiles}"
+    return profiles
 
 
 def legend_above(ax: Axes, ncols: int = 5, raised: float = 0.0, **more: Any) -> None:

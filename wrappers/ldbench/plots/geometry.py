@@ -15,7 +15,7 @@ from ..geometry.outlines import Side
 from ..geometry.pair import Pair
 from ..number_text import clearance_words, number_text
 from ..results.run_data import RunData
-from .frame import caption, legend_above, new_page
+from .frame import legend_above, new_page, profile_words
 from .style import BLACK, BLUE, CONTACT_LINES, GREY, RED, SKY, Line, plain_numbers
 
 if TYPE_CHECKING:
@@ -36,10 +36,10 @@ Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions 
 def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
     """The functions that `ContactTable.geometry` and its file have."""
     y = MM*functions["Y"]
-    left_reach, right_reach = (run.result(f"clearance_{side}") for side in ("left", "right"))
+    left_reach, right_reach = (run.results.get(f"clearance_{side}", np.nan) for side in ("left", "right"))
     figure = new_page(f"Contact geometry, {run.pair or run.name}", "rigid wheelset standing on both rails",
                       f"dotted: rigid-axle clearance, {clearance_words(left_reach, right_reach)} mm; conicity: equivalent, by "
-                      f"harmonic linearisation, for the amplitude |Y|\n{caption(run).splitlines()[-1]}")
+                      f"harmonic linearisation, for the amplitude |Y|\n{profile_words(run) or run.file}")
     axes = figure.subplots(2, 4)
     left, right, black = CONTACT_LINES["LT"], CONTACT_LINES["RT"], Line(BLACK)
     for ax, (label, scale, curves) in zip(axes.ravel(), (

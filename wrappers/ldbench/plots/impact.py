@@ -52,7 +52,7 @@ class Recomputed:
     def words(self) -> str:
         """A note on the page."""
         return (f"computed again from the row at t = {self.start:.6f} s, with rows every "
-                f"{1e6*self.run.number('output', 'interval'):.3g} µs; black dots: rows of the run")
+                f"{1e6*self.run.case.interval:.3g} µs; black dots: rows of the run")
 
 
 def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
@@ -166,8 +166,9 @@ def draw_patch(axes: np.ndarray, pressed: np.ndarray, window: Window) -> None:
 def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:
     """The first impacts of flanges, and the number of all: of the steps of an elastic run, as the rows miss some."""
     found = run.impacts(("LF", "RF"))
-    told = [run.count(f"{side} flange contact") for side in ("left", "right")]
-    return found[:MOST], sum(n or 0 for n in told) if None not in told and run.formulation == "elastic" else len(found)
+    if run.formulation == "elastic":
+        return found[:MOST], sum(run.results[f"n_{side}_flange_contact"] for side in ("left", "right"))
+    return found[:MOST], len(found)
 
 
 def draw_impacts(ax: Axes, run: RunData) -> None:

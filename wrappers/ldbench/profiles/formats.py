@@ -72,10 +72,12 @@ def read_file(path: str | os.PathLike[str], slice: int | None = None) -> Raw:
     else:
         raw = _Columns(name, lines, slice, suffix).read()
     if slice not in (None, 1) and not raw.format.startswith(("CONTACT", "VAMPIRE", "MiniProf")):
-        raise Error(f"{name}: expected several profiles, of which one is number {slice}, found one; leave slice out")
+        raise Error(file=name, expected=f"several profiles, of which one is number {slice}", found="one",
+                    advice="leave slice out")
     if not len(raw.points):
         shown = " / ".join(_clip(line) for line in lines[:3] if line.strip()) or "nothing"
-        raise Error(f"{name}: expected at least 10 points, found 0; rows of y and z are looked for, the file begins with {shown}")
+        raise Error(file=name, expected="at least 10 points", found="0",
+                    advice=f"rows of y and z are looked for, the file begins with {shown}")
     taken = next((line[9:].strip() for line in lines if line.startswith("# taken: ")), "")
     kind = raw.kind or ENDINGS.get(suffix, "")
     if taken and not kind:          # the program begins its files with the kind
@@ -89,13 +91,13 @@ def of_array(points: object) -> Raw:
     try:
         array = np.array(points, dtype=float)
     except (TypeError, ValueError) as error:
-        raise Error(f"points: expected numbers of shape (n, 2), y and z in mm, found {error}") from None
+        raise Error(place="points", expected="numbers of shape (n, 2), y and z in mm", found=error) from None
     array = array.T if array.ndim == 2 and array.shape[1] != 2 else array
     if array.ndim != 2 or array.shape[1] != 2:
-        raise Error(f"points: expected numbers of shape (n, 2), y and z in mm, found {array.shape}")
+        raise Error(place="points", expected="numbers of shape (n, 2), y and z in mm", found=array.shape)
     bad = ~(np.abs(array) <= LARGEST).all(axis=1)
     if bad.any():
-        raise Error(f"points, line {bad.argmax() + 1}: expected millimetres, found {array[bad.argmax()]}")
+        raise Error(place=f"points, line {bad.argmax() + 1}", expected="millimetres", found=array[bad.argmax()])
     return Raw(array, np.arange(1, len(array) + 1), "array", unit=1.0)
 
 
@@ -107,7 +109,7 @@ def _clip(text: str) -> str:
 
 
 def _refuse(name: str, line: int, expected: str, found: str, advice: str = "correct or delete the line") -> Error:
-    return Error(f"{name}, line {line}: expected {expected}, found {_clip(found)}; {advice}")
+    return Error(file=name, line=line, expected=expected, found=_clip(found), advice=advice)
 
 
 def _value(word: str) -> float:
@@ -178,8 +180,8 @@ class _Columns:
     def read(self) -> Raw:
         sections = self._sections(self._heading())
         if not 0 < (self.number or len(sections) < 2) <= max(1, len(sections)):
-            raise Error(f"{self.name}: expected one profile, found {len(sections)} sections with points; "
-                        f"ask for one with slice=1 to {len(sections)}")
+            raise Error(file=self.name, expected="one profile", found=f"{len(sections)} sections with points",
+                        advice=f"ask for one with slice=1 to {len(sections)}")
         if not sections:
             return Raw(np.empty((0, 2)), np.empty(0, int), self.format)
         rows = [(line, _fields(row), text) for line, row, text in self._decimal_commas(sections[(self.number or 1) - 1])]
@@ -188,7 +190,8 @@ class _Columns:
             self.notes.append(f"line {lines[-1]}, {points[-1, 0]:g} {points[-1, 1]:g}, is a count of points: dropped")
             points, lines, words = points[:-1], lines[:-1], words[:-2]
         if len(points) < LEAST_SHARE*self.announced:
-            raise Error(f"{self.name}: expected {self.announced} points, found {len(points)}; the file is incomplete")
+            raise Error(file=self.name, expected=f"{self.announced} points", found=len(points),
+                        advice="the file is incomplete")
         if self.announced >= 0 and self.announced != len(points):
             self.notes.append(f"{len(points)} points of the {self.announced} announced")
         gensys = self.format == "GENSYS"
@@ -329,7 +332,7 @@ def _simpack(name: str, lines: list[str]) -> Raw:
             if key in SIMPACK and (key == "type") == (section == "header"):
                 values[key] = _simpack_value(name, i, key, text.strip())
     if section == "point":
-        raise Error(f"{name}: expected point.end, found the end of the file; the file is incomplete")
+        raise Error(file=name, expected="point.end", found="the end of the file", advice="the file is incomplete")
     points, numbers, words = _take(name, rows, (0, 1))
     points += [values["shift.y"], values["shift.z"]]
     keep = np.array([not len(fields) > 2 or not _value(fields[2]) <= 0 for _, fields, _ in rows], bool)
@@ -370,20 +373,21 @@ def _vampire(name: str, lines: list[str], side: int | None) -> Raw:
     heads = [line.strip().upper().split() for _, line in given[2:4]]
     if not kind or [head[0] for head in heads] != list(wanted) or len(heads[1]) < 2 or not _value(heads[1][1]) > 0:
         shown = " / ".join(_clip(line) for _, line in given[:4]) or "nothing"
-        raise Error(f"{name}: expected WHEELPROFILE or RAILPROFILE, a title, {' '.join(wanted)} and a number, each on its line, "
-                    f"found {shown}; correct the heading, or rename a file that is not of VAMPIRE")
+        raise Error(file=name,
+                    expected=f"WHEELPROFILE or RAILPROFILE, a title, {' '.join(wanted)} and a number, each on its line",
+                    found=shown, advice="correct the heading, or rename a file that is not of VAMPIRE")
     rows = [(i, _fields(re.split('["!%]', line, maxsplit=1)[0]), line) for i, line in given[4:]]
     rows = [row for row in rows if row[1]]
     points, numbers, words = _take(name, rows, (0, 1))
     both = bool(rows) and len(rows[0][1]) > 3
     points *= [-1 if both or points[:, 0].mean() < 0 else 1, 1]
     if side not in (None, 1, 2) or (side == 2 and not both):
-        raise Error(f"{name}: expected slice=1, left, {'or 2, right, ' if both else ''}found slice={side}")
+        raise Error(file=name, expected=f"slice=1, left{', or 2, right' if both else ''}", found=f"slice={side}")
     if both:
         right, _, right_words = _take(name, rows, (2, 3))
         if side is None and (apart := np.abs(points - right).max()) >= 1e-6:
-            raise Error(f"{name}: expected two sides alike, found sides up to {apart:.3g} mm apart; "
-                        "ask for the left with slice=1, the right with slice=2")
+            raise Error(file=name, expected="two sides alike", found=f"sides up to {apart:.3g} mm apart",
+                        advice="ask for the left with slice=1, the right with slice=2")
         points, words = (right, right_words) if side == 2 else (points, words)
     notes = [f"{'right' if side == 2 else 'left'} side"] if both else []
     return Raw(points, numbers, "VAMPIRE", kind, 1.0, _value(heads[1][1])/2 if kind == "wheel" else None, _quantum(words), notes)
@@ -398,10 +402,12 @@ def _slices(name: str, lines: list[str], number: int | None, suffix: str) -> Raw
     count = _value(_fields(rows[1][1])[0]) if len(rows) > 1 else np.nan
     if len(scale) < 2 or not np.isfinite([*scale, count]).all() or count != len(named) or not named:
         shown = " / ".join(_clip(row) for _, row in rows[:5]) or "nothing"
-        raise Error(f"{name}: expected offset and scale, the number of slices, and as many lines of a position and a quoted file "
-                    f"name, found {len(named)} names and {shown}; see CONTACT's user guide")
+        raise Error(file=name,
+                    expected="offset and scale, the number of slices, and as many lines of a position and a quoted file name",
+                    found=f"{len(named)} names and {shown}", advice="see CONTACT's user guide")
     if (number is None and len(named) > 1) or (number is not None and not 0 < number <= len(named)):
-        raise Error(f"{name}: expected one profile, found {len(named)} slices; ask for one with slice=1 to {len(named)}")
+        raise Error(file=name, expected="one profile", found=f"{len(named)} slices",
+                    advice=f"ask for one with slice=1 to {len(named)}")
     line, found = named[(number or 1) - 1]
     file = Path(name).parent/found[3]
     if file.suffix.lower() in (".slcs", ".slcw"):
@@ -409,7 +415,7 @@ def _slices(name: str, lines: list[str], number: int | None, suffix: str) -> Raw
     try:
         raw = read_file(file)
     except Error as error:
-        raise Error(f"{name}, line {line}: {error}") from None
+        raise error.within(f"{name}, line {line}") from None
     kind = ENDINGS[suffix]
     if raw.kind not in ("", kind):
         raise _refuse(name, line, f"a {kind}", f"{found[3]}, a {raw.kind}")

@@ -49,22 +49,22 @@ class _Shape:
     width: float = 0.0                  # of a wheel, or of the head of a rail [mm]
     height: float = 0.0                 # of the flange above the tread's middle, or of the head above its sides [mm]
 
-    def fault(self, kind: str) -> str:
-        """What no wheel or rail has; '' where the shape is plausible."""
+    def fault(self, kind: str) -> tuple[str, str] | None:
+        """What is expected of a wheel or a rail and what is found instead; None where the shape is plausible."""
         if not 10 <= self.width <= 1000:
-            return ("expected y in millimetres over 80 to 200 mm of a wheel or 50 to 110 mm of a rail's head, "
-                    f"found a width of {self.width:.4g}")
+            return ("y in millimetres over 80 to 200 mm of a wheel or 50 to 110 mm of a rail's head",
+                    f"a width of {self.width:.4g}")
         if (kind and self.kind != kind) or not self.kind:
             what = "a rail" if self.kind == "rail" else "a wheel" if self.kind == "wheel" else "neither"
-            return (f"expected {'a ' + kind if kind else 'a wheel or a rail'}, found the shape of {what}, "
-                    f"{self.width:.4g} mm wide and {self.height:.3g} mm high")
+            return (f"a {kind}" if kind else "a wheel or a rail",
+                    f"the shape of {what}, {self.width:.4g} mm wide and {self.height:.3g} mm high")
         least, most = WIDTHS[self.kind]
         if not least <= self.width <= most:
             what = "a wheel" if self.kind == "wheel" else "a rail's head"
-            return f"expected y in millimetres over {least:g} to {most:g} mm of {what}, found a width of {self.width:.4g}"
+            return f"y in millimetres over {least:g} to {most:g} mm of {what}", f"a width of {self.width:.4g}"
         if self.kind == "wheel" and not FLANGE[0] <= self.height <= FLANGE[1]:
-            return f"expected a flange {FLANGE[0]:g} to {FLANGE[1]:g} mm high, found {self.height:.4g} mm"
-        return ""
+            return f"a flange {FLANGE[0]:g} to {FLANGE[1]:g} mm high", f"{self.height:.4g} mm"
+        return None
 
 
 def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = "auto", wheel_back: float | None = None) -> Placed:
@@ -75,23 +75,24 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
     beginning with `where`, for what is no profile or may be several.
     """
     if kind and raw.kind not in ("", kind):
-        raise Error(f"{where}: expected a {kind}, found a file that says it is a {raw.kind}; name another file, or rename this one "
-                    "where only its ending says so")
+        raise Error(file=where, expected=f"a {kind}", found=f"a file that says it is a {raw.kind}",
+                    advice="name another file, or rename this one where only its ending says so")
     if unit not in ("auto", *UNITS) or flip not in ("auto", "none", "y", "z", "yz"):
-        raise Error(f"{where}: expected unit auto, mm, cm, m or in and flip auto, none, y, z or yz, found {unit} and {flip}; "
-                    "correct them")
+        raise Error(file=where, expected="unit auto, mm, cm, m or in and flip auto, none, y, z or yz", found=f"{unit} and {flip}",
+                    advice="correct them")
     notes: list[str] = []
     points, lines = _without_strays(raw, notes)
     if len(points) < LEAST_POINTS:
-        raise Error(f"{where}: expected at least {LEAST_POINTS} points, found {len(points)}; give more points")
+        raise Error(file=where, expected=f"at least {LEAST_POINTS} points", found=len(points),
+                    advice="give more points")
     kind = kind or raw.kind
     factor, shape = _unit(raw, points, where, kind, unit, notes)
     turned = shape.turned if flip == "auto" else ("y" in flip, "z" in flip)
     if raw.format == "VAMPIRE" and flip == "auto":
         turned = False, turned[1]       # the format says to which side y grows
     if turned[1] != shape.turned[1]:
-        raise Error(f"{where}: expected z upwards, found the {shape.kind} upside down with flip={flip}; "
-                    "turn z over or leave flip out")
+        raise Error(file=where, expected="z upwards", found=f"the {shape.kind} upside down with flip={flip}",
+                    advice="turn z over or leave flip out")
     if any(turned):
         notes.append(" and ".join(axis for axis, one in zip("yz", turned, strict=True) if one) + " turned over")
     sign = -1 if turned[0] else 1
@@ -105,11 +106,13 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
         points = points - [back, 0.0]
         height, first, last = _running_surface(points[on])
         if not FLANGE[0] <= height <= FLANGE[1]:
-            raise Error(f"{where}: {_Shape('wheel', width=100, height=height).fault('')} above the tape circle, with the {origin}; "
-                        "look at unit=, flip= and wheel_back=, and for points off the profile")
+            raise Error(file=where, expected=f"a flange {FLANGE[0]:g} to {FLANGE[1]:g} mm high",
+                        found=f"{height:.4g} mm above the tape circle, with the {origin}",
+                        advice="look at unit=, flip= and wheel_back=, and for points off the profile")
         if points[on[last]:, 0].max() > points[on[last], 0] + RIM:
-            raise Error(f"{where}, line {lines[on[last]]}: expected the face of a rim at the end of the profile, found a part as "
-                        f"steep at y = {points[on[last], 0]:.1f} mm from the back; look for points off the profile")
+            raise Error(file=where, line=lines[on[last]], expected="the face of a rim at the end of the profile",
+                        found=f"a part as steep at y = {points[on[last], 0]:.1f} mm from the back",
+                        advice="look for points off the profile")
     # Where nothing is cut, points off the curve stay at the end, to be mended.
     first, last = on[first] if first else 0, on[last] if last < len(on) - 1 else len(points) - 1
     if last - first + 1 >= LEAST_POINTS and last - first + 1 < len(points):
@@ -145,8 +148,9 @@ def _unit(raw: Raw, points: np.ndarray, where: str, kind: str, unit: str, notes:
             notes += [words] if words else []
             return factor, shape
         if factor == (given or 1.0):
-            first = fault
-    raise Error(f"{where}: {first}; look at the unit (unit=), the columns, and for points off the profile")
+            expected, found = fault
+    raise Error(file=where, expected=expected, found=found,
+                advice="look at the unit (unit=), the columns, and for points off the profile")
 
 
 def _recognise(points: np.ndarray, kind: str) -> _Shape:
@@ -255,15 +259,19 @@ def _wheel_origin(raw: Raw, points: np.ndarray, where: str, wheel_back: float | 
         if abs(abs(back) - MM*TAPE_CIRCLE) < 1e-6:
             words = f"tape circle at y = 0, 70 mm from the back ({raw.format})"
         if face is not None and abs(face - back) > NEAR:
-            raise Error(f"{where}: expected the {words}, found a face of the back at {sign*face:.4g} mm; {advice}")
+            raise Error(file=where, expected=f"the {words}", found=f"a face of the back at {sign*face:.4g} mm",
+                        advice=advice)
     else:
         back, words = _told_origin(points, tip, end, face, sign)
         if not words:
-            raise Error(f"{where}: expected y = 0 on the tread, at the tape circle, or within {NEAR:g} mm of the wheel's back, "
-                        f"found the tip of the flange at {sign*points[tip, 0]:.4g} mm and no face of the back; {advice}")
+            raise Error(file=where, expected=f"y = 0 on the tread, at the tape circle, or within {NEAR:g} mm of the wheel's back",
+                        found=f"the tip of the flange at {sign*points[tip, 0]:.4g} mm and no face of the back",
+                        advice=advice)
     if not (TIP[0] <= points[tip, 0] - back <= TIP[1] and back < end + NEAR):
-        raise Error(f"{where}: expected the tip of the flange {TIP[0]:g} to {TIP[1]:g} mm from the back and no points beyond it, "
-                    f"found {points[tip, 0] - back:.4g} mm and points from {end - back:.4g} mm on, with the {words}; {advice}")
+        raise Error(file=where,
+                    expected=f"the tip of the flange {TIP[0]:g} to {TIP[1]:g} mm from the back and no points beyond it",
+                    found=f"{points[tip, 0] - back:.4g} mm and points from {end - back:.4g} mm on, with the {words}",
+                    advice=advice)
     return back, words
 
 

@@ -145,8 +145,9 @@ class ProfileData:
             off = np.hypot(*(self.points - near).T) < TANGLE
             self.notes.append(f"{off.sum()} points about y = {near[0]:.1f} mm left out: they do not follow a curve")
             self.points = self.points[~off]
-        raise Error(f"{self.path or 'the points'}: expected points along a curve, found {MOST_TANGLES} places where they follow "
-                    "none; look whether two scans lie over each other")
+        raise Error(file=self.path or 'the points', expected="points along a curve",
+                    found=f"{MOST_TANGLES} places where they follow none",
+                    advice="look whether two scans lie over each other")
 
     def _wavy(self, curve: np.ndarray) -> bool:
         """Whether contacts on a curve fall into several patches."""

@@ -49,12 +49,14 @@ def mend(points: np.ndarray, lines: np.ndarray, where: str) -> Mended:
     if not on.all():
         count, first = int((~on).sum()), lines[on.argmin()]
         if len(points) - count < LEAST_SHARE*len(points):
-            raise Error(f"{where}, line {first}: expected points along a curve, found {count} of {len(points)} off it, this one "
-                        "the first; look whether the points are in order and of one profile")
+            raise Error(file=where, line=first, expected="points along a curve",
+                        found=f"{count} of {len(points)} off it, this one the first",
+                        advice="look whether the points are in order and of one profile")
         notes.append(f"{count} off the curve by up to {_length(farthest)} dropped" + (f", line {first}" if count == 1 else ""))
     points, lines = points[on], lines[on]
     if len(points) < LEAST_POINTS:
-        raise Error(f"{where}: expected at least {LEAST_POINTS} points, found {len(points)}; give more points")
+        raise Error(file=where, expected=f"at least {LEAST_POINTS} points", found=len(points),
+                    advice="give more points")
     group = 1
     while len(points) > ENOUGH_POINTS and (turns_of(points) > LARGEST_TURN).mean() > LARGEST_BACKWARD:
         n = len(points)//2
@@ -82,13 +84,14 @@ def check(points: np.ndarray, lines: np.ndarray, where: str) -> None:
     if (bad := _cross(points, i, j)).any():
         k = np.flatnonzero(bad)[np.lexsort((j[bad], i[bad]))[0]]
         ends = sorted((lines[i[k]], lines[j[k] + 1]))
-        raise Error(f"{where}, line {ends[0]}: expected a curve that does not cross itself, found that it crosses itself between "
-                    f"lines {ends[0]} and {ends[1]}; look whether the points are in order")
+        raise Error(file=where, line=ends[0], expected="a curve that does not cross itself",
+                    found=f"that it crosses itself between lines {ends[0]} and {ends[1]}",
+                    advice="look whether the points are in order")
     turns = turns_of(points)
     if (turns > LARGEST_TURN).any():
         k = int((turns > LARGEST_TURN).argmax())
-        raise Error(f"{where}, line {lines[k + 1]}: expected a curve that turns by at most 120 degrees at a point, found "
-                    f"{np.degrees(turns[k]):.0f}; look whether the points are in order")
+        raise Error(file=where, line=lines[k + 1], expected="a curve that turns by at most 120 degrees at a point",
+                    found=f"{np.degrees(turns[k]):.0f}", advice="look whether the points are in order")
 
 
 def on_curve(points: np.ndarray) -> tuple[np.ndarray, float]:

@@ -94,28 +94,27 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "first": {"name": drawn.name} if (drawn := first_shown(runs)) else None,
         "pairs": [pair_facts(own) for own in by_pair(runs).values()],
         "reconstruction": any(run.header.reconstruction for run in runs),
-        "models": sorted({str(run.setting("contact", "model")) for run in runs}),
+        "models": sorted({run.law for run in runs}),
         "places": list(PLACES.values()),
         "errors": [[own[0].pair, *(worst_errors(own, place) for place in PLACES)]
                    for own in by_pair(runs).values() if any(run.header.table_errors for run in own)],
         "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
         "corners": [{"name": run.name, "times": TIMES.get(n, f"{n} times")} for run in loose if (
-            n := sum(run.count(f"{side} flange over rail") or 0 for side in ("left", "right")))],
+            n := sum(run.results[f"n_{side}_flange_over_rail"] for side in ("left", "right")))],
         "exponents": exponents(rows),
         **{f"drift_{group}": scientific(max([rows[run]["drift_relative"] for run in own], default=0.0))
            for group, own in groups.items()},
         **{f"steps_{group}": sorted({f"{1e6*rows[run]['step']:.3g}" for run in own}, key=float) for group, own in groups.items()},
         **{f"{name}_{group}": listed(own, name) for group, own in groups.items() for name in ("order", "energy_tolerance")},
         # Whether the runs have the integrator that the text describes.
-        "explicit": all(run.number("integrator", "order") == 4 and run.number("integrator", "energy_tolerance") > 0
-                        for run in runs),
+        "explicit": all(run.case.order == 4 and run.case.energy_tolerance > 0 for run in runs),
         "calm": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if not any(lifted)],
         "thrown": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if all(lifted)],
         "duration": [f"{min(spans):.1f}", f"{max(spans):.1f}"],
-        "depth": f"{1e3*max(run.number('table', 'depth') for run in runs):.1f}",
-        "threshold": f"{np.degrees(first.number('contact', 'flange_angle')):.0f}",
-        "young": f"{1e-9*first.number('material', 'youngs_modulus'):.0f}",
-        "poisson": f"{first.number('material', 'poisson'):.2f}",
+        "depth": f"{1e3*max(run.case.depth for run in runs):.1f}",
+        "threshold": f"{np.degrees(first.case.flange_angle):.0f}",
+        "young": f"{1e-9*first.case.youngs_modulus:.0f}",
+        "poisson": f"{first.case.poisson:.2f}",
         "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
         "pressure": pressure_facts(list(rows.values()), chaotic),
     }
@@ -123,12 +122,12 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
 
 def listed(runs: Sequence[RunData], name: str) -> str:
     """The values of a variable of the integrator in some runs."""
-    return " or ".join(scientific(x) if x < 1e-2 else f"{x:g}" for x in sorted({run.number("integrator", name) for run in runs}))
+    return " or ".join(scientific(x) if x < 1e-2 else f"{x:g}" for x in sorted({getattr(run.case, name) for run in runs}))
 
 
 def costs(runs: Sequence[RunData]) -> list[list[str]]:
     """Steps, their mean length and evaluations of the force, a row each, with thin spaces between thousands."""
-    steps, evaluations = ([run.result(name) for run in runs] for name in ("steps", "evaluations"))
+    steps, evaluations = ([run.results[name] for run in runs] for name in ("steps", "evaluations"))
     grouped = [[f"{n:,.0f}".replace(",", "\u2009") for n in numbers] for numbers in (steps, evaluations)]
     return [["steps", *grouped[0]],
             ["mean step [µs]", *(f"{1e6*run.time[-1]/n:.1f}" for run, n in zip(runs, steps, strict=True))],
@@ -150,7 +149,7 @@ def pressure_facts(rows: Sequence[dict[str, Any]], chaotic: Chaotic) -> dict[str
 
 def pair_facts(runs: Sequence[RunData]) -> dict[str, str]:
     """Collect the facts about a pair of profiles."""
-    left, right = (runs[0].result(f"clearance_{side}") for side in ("left", "right"))
+    left, right = (runs[0].results[f"clearance_{side}"] for side in ("left", "right"))
     return {"name": runs[0].pair, "clearance": clearance_words(left, right),
             "points": runs[0].header.table_points.replace(" x ", " × ")}
 
@@ -168,7 +167,7 @@ def exponents(rows: Mapping[RunData, Mapping[str, Any]]) -> list[dict[str, str]]
 
 def ramp_facts(run: RunData, row: Mapping[str, Any], chaotic: Chaotic) -> dict[str, Any]:
     """What the text says of a run of exercise 5."""
-    return {"name": run.pair, "right_flange": f"{run.count('right flange contact') or 0}"} | {
+    return {"name": run.pair, "right_flange": f"{run.results['n_right_flange_contact']}"} | {
         name: shown(row, key, chaotic, TABLE.get(key)).line for name, key in (
             ("limit", "F_limit_left"), ("time", "t_derailment"), ("force", "F_derailment"),
             ("contacts", "n_left_flange_contact"), ("lift_offs", "n_right_wheel_lift_off"))}
@@ -186,14 +185,17 @@ def read_authors(file: Path) -> list[dict[str, str]]:
     told = read_toml(file)
     authors = told.get("author", [])
     if strange := [key for key in told if key != "author"]:
-        raise Error(f"{file}, {strange[0]}: expected tables [[author]] alone, found another name. Remove it")
+        raise Error(file=file, place=strange[0], expected="tables [[author]] alone", found="another name",
+                    advice=". Remove it")
     if not isinstance(authors, list) or not all(isinstance(author, dict) for author in authors):
         kind = type(authors).__name__
-        raise Error(f"{file}, author: expected tables [[author]], found {kind}. Write the name in double brackets")
+        raise Error(file=file, place="author", expected="tables [[author]]", found=kind,
+                    advice=". Write the name in double brackets")
     for author in authors:
         for key, value in author.items():
             if key not in KEYS or not isinstance(value, str) or not value.strip():
-                raise Error(f"{file}, author, {key}: expected a text for {' or '.join(KEYS)}, found {value!r}. Correct the file")
+                raise Error(file=file, place=f"author, {key}", expected=f"a text for {' or '.join(KEYS)}", found=f"{value!r}",
+                            advice=". Correct the file")
         if "name" not in author:
-            raise Error(f"{file}, author: expected a name, found none. Add name = \"...\"")
+            raise Error(file=file, place="author", expected="a name", found="none", advice=". Add name = \"...\"")
     return [{key: str(author.get(key, "")).strip() for key in KEYS} for author in authors]

@@ -20,7 +20,6 @@ from ..plots.style import SERIES, plain
 from ..plots.tables import LINES, draw_listing, paged
 from ..results.quantities import GROUPS
 from ..results.run_data import RunData
-from ..viewer.page import law
 from .differences import Comparison, Pairing, compare, difference_table, event_table, impact_table, paired_impacts
 
 PANELS = 4              # quantities on a page
@@ -103,7 +102,7 @@ def comparison_figures(found: Comparison) -> Iterator[tuple[str, Figure]]:
 def first_pages(found: Comparison) -> Iterator[tuple[str, Figure]]:
     """What is compared, a row for each file; events and peaks stand below, on pages of their own where they are many."""
     files = [[run.name + (" (reference)" if run is found.runs[0] else ""), run.file.name, run.header.title or "–",
-              f"ldbench {run.header.version}" if run.header.settings else "–", law(run) or "–", f"{len(run.time)}",
+              f"ldbench {run.header.version}" if run.is_ours else "–", run.law or "–", f"{len(run.time)}",
               f"{run.time[0]:g} to {run.time[-1]:g}", run.ending or "–"] for run in found.runs]
     reference = f"reference: {found.runs[0].name}"
     page = new_page("Comparison", reference)

@@ -58,23 +58,23 @@ class Comparison:
 def compare(runs: Sequence[RunData], align: str = "time") -> Comparison:
     """Bring runs onto common instants.  align: 'time', or 'first-flange' for the first flange contact of each."""
     if len(runs) < 2:
-        raise Error(f"compare: expected at least two column files, found {len(runs)}")
+        raise Error(place="compare", expected="at least two column files", found=len(runs))
     runs = distinct(runs)
     firsts = [0.0 if align == "time" else first_flange(answers(run)) for run in runs]
     if None in firsts:
-        raise Error(f"{runs[firsts.index(None)].file}: expected a flange contact to align by, found none")
+        raise Error(file=runs[firsts.index(None)].file, expected="a flange contact to align by", found="none")
     shifts = tuple(first for first in firsts if first is not None)
     starts, ends = zip(*((run.time[0] - shift, run.time[-1] - shift) for run, shift in zip(runs, shifts, strict=True)), strict=True)
     time = runs[0].time - shifts[0]
     room = 1e-9*max(abs(t) for t in starts + ends)
     time = time[(time >= max(starts) - room) & (time <= min(ends) + room)]
     if time.size < 2:
-        raise Error(f"{runs[0].file}: expected files that overlap in time, found no common rows")
+        raise Error(file=runs[0].file, expected="files that overlap in time", found="no common rows")
     columns = tuple(column for column in runs[0].data if column not in GIVEN and all(column in run.data for run in runs)
                     and (column != "W_ext" or any(map(is_forced, runs))))
     if not columns:
-        raise Error(f"{runs[0].file}: expected a column besides time that all files have, found none; --map TOML says "
-                    "how other codes name ours")
+        raise Error(file=runs[0].file, expected="a column besides time that all files have", found="none",
+                    advice="--map TOML says how other codes name ours")
     values = tuple({column: np.interp(time, run.time - shift, run.values(column)) for column in columns}
                    for run, shift in zip(runs, shifts, strict=True))
     return Comparison(time, tuple(runs), shifts, columns, values)

@@ -117,7 +117,7 @@ def table_key(case: Case) -> str:
 def outcome(done: RunData, name: str) -> Outcome:
     """The results of a run and what its pages show."""
     c, t, known = done.data, done.time, answers(done)
-    ramp = done.number("loading", "lateral_ramp") != 0
+    ramp = done.case.lateral_ramp != 0
     pulls = done.first("rail pulls")
     known["lift_offs"] = known["n_left_wheel_lift_off"] + known["n_right_wheel_lift_off"]
     known["F_pulls"] = pulls.force if pulls and ramp else None
@@ -134,7 +134,7 @@ def outcome(done: RunData, name: str) -> Outcome:
 def why(done: RunData, known: Mapping[str, Any]) -> str:
     """How the run ended, by its answers; of a derailment, whether over the flange or overturning."""
     if not known["derailed"]:
-        if done.setting("integrator", "stop_at") == "derailment":
+        if done.case.stop_at == "derailment":
             return "does not derail"
         return "does not return" if known["t_return"] is None else "returns"
     # How the flange came over the rail says it; on the crown both wheels may stand on their rails again.

@@ -70,20 +70,21 @@ def find_cases(inputs: Path) -> list[Case]:
     """The cases of the exercises' namelist files in a folder."""
     files = sorted(inputs.glob("ex*.nml"))
     if not files:
-        raise Error(f"{inputs}: expected namelists ex*.nml, found none")
+        raise Error(file=inputs, expected="namelists ex*.nml", found="none")
     cases: list[Case] = [ReportCase.from_namelist(file) for file in files]
     for file, case in zip(files, cases, strict=True):
         if case.case_name != file.stem or not re.fullmatch("ex[1-5]_(aw|sw)", file.stem):
-            raise Error(f"{file}, &case name: expected an exercise and a pair of profiles, 'ex1_aw' to 'ex5_sw', as in the name "
-                        f"of the file, found '{case.case_name}'; the commands run, plot, compare and view take any name")
+            raise Error(file=file, group="case", variable="name",
+                        expected="an exercise and a pair of profiles, 'ex1_aw' to 'ex5_sw', as in the name of the file",
+                        found=f"'{case.case_name}'", advice="the commands run, plot, compare and view take any name")
     return cases
 
 
 def run_job(job: Job, tell: Progress) -> None:
     """Run one job. An exception in `tell` ends it early."""
     case, before = job.case, sources(job.case)
-    for variable, path in ("&output file", output_path(case)), ("&table file", case.table_path()):
-        case.check_writable(variable, path)
+    for group, path in ("output", output_path(case)), ("table", case.table_path()):
+        case.check_writable(group, path)
     compute(case, tell).write(output_path(case))
     write_stamp(job.product, before)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from ..plots.figures import by_pair
 from ..plots.impact import Recomputed
 from ..results.answers import answers
 from ..results.quantities import si_unit
-from ..results.run_data import RunData, read_all
+from ..results.run_data import RunData, read_data
 from ..results.summary import IDENTITY, summary_row
 from ..results.twins import Spread, all_spreads, spreads, twin_cases
 from ..runs import compute
@@ -57,7 +57,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
 
         run_stale(cases, jobs, force, tell)
         files = [job.product for job in cases]
-        submitted = cache(partial(read_all, files, jobs))
+        submitted = cache(lambda: [read_data(file) for file in files])
         found = formulations.kept_outcomes(inputs, outputs, jobs, force, submitted)
         trusted = kept_trusts(inputs, outputs, jobs, force)
         twins = kept_twins(cases, jobs, force)
@@ -125,8 +125,9 @@ def around(whole: RunData, t: float) -> Recomputed:
 
 def first_and_hardest(whole: RunData) -> tuple[Recomputed, Recomputed] | None:
     """The first and the hardest contact of the left flange; None in a run without one."""
-    first, peak = answers(whole)["t_first_LF"], whole.peak("LF")
-    return (around(whole, first), around(whole, peak[1])) if first is not None and peak else None
+    known = answers(whole)
+    first, peak = known["t_first_LF"], known["t_peak_LF"]
+    return None if first is None or peak is None else (around(whole, first), around(whole, peak))
 
 
 def twins_file(job: Job) -> Path:

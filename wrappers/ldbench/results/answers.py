@@ -43,14 +43,14 @@ def answers(run: RunData, case: Case | None = None) -> dict[str, Any]:
     case: whose profiles and lateral force another code's file has; without it the file tells no derailment. Error where the times
     of the rows do not ascend, or where the profiles of the case cannot be placed.
     """
-    found = told(run.header.results) if run.header.finished else of_rows(run, case)
+    found = told(run.results) | {"end": run.ending} if run.ending else of_rows(run, case)
     return dict.fromkeys(NAMES) | {name: value for name, value in found.items() if value == value and value != ""}
 
 
 def all_events(run: RunData, case: Case | None = None) -> list[Event]:
     """Events in order of time: those that a file of ours lists, or all that the rows of another code's file tell. case: as of
     `answers`."""
-    return run.events if run.header.finished else row_events(run, case, closed_intervals(run))
+    return run.events if run.ending else row_events(run, case, closed_intervals(run))
 
 
 def first_flange(found: Mapping[str, Any]) -> float | None:
@@ -73,8 +73,9 @@ def of_rows(run: RunData, case: Case | None) -> dict[str, Any]:
     for contact in CONTACTS:
         if first := first_touch(run, contact, closed[contact]):
             found |= contact_answers(run, first)
-        if peak := run.peak(contact):
-            found |= {f"peak_N_{contact}": peak[0], f"t_peak_{contact}": peak[1]}
+        if f"N_{contact}" in run and run.closed(contact).any():
+            k = int(np.nanargmax(force := run.values(f"N_{contact}")))
+            found |= {f"peak_N_{contact}": float(force[k]), f"t_peak_{contact}": float(run.time[k])} if force[k] > 0 else {}
         if f"P_{contact}" in run and (blows := np.diff(run.values(f"P_{contact}"), prepend=0.0)).any():
             found |= {f"peak_P_{contact}": float(blows.max()), f"t_peak_P_{contact}": float(run.time[blows.argmax()])}
     for name, (column, sign) in EXTREMES.items():

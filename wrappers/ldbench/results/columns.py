@@ -166,7 +166,7 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
         below = rows.pop()
         units = [_plain_unit(word) for word in heading[below]]
     if not rows:
-        raise Error(f"{path}: expected a line with the names of {count} columns above the numbers, found none")
+        raise Error(file=path, expected=f"a line with the names of {count} columns above the numbers", found="none")
     # Our header follows the names as comments; other codes' names may be a comment themselves.
     at = next((k for k in reversed(rows) if not _is_comment(lines[k], separator)), rows[-1])
     names = heading[at]
@@ -265,7 +265,7 @@ def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarra
 
 
 def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
-    return Error(f"{path}, line {k + 1}: expected {count} numbers, found '{lines[k].strip()[:80]}'")
+    return Error(file=path, line=k + 1, expected=f"{count} numbers", found=f"'{lines[k].strip()[:80]}'")
 
 
 def _no_rows(path: Path, lines: Sequence[str]) -> Error:
@@ -274,8 +274,9 @@ def _no_rows(path: Path, lines: Sequence[str]) -> Error:
         cells = max((_cells(line, mark) for mark in SEPARATORS), key=len)
         odd = next((cell for cell in cells if cell and not _is_number(cell, " ")), "")
         if odd and len(cells) > 2 and sum(_is_number(cell, " ") for cell in cells) > len(cells)/2:
-            return Error(f"{path}, line {k + 1}: expected numbers, found '{odd[:40]}', and no row without such a cell")
-    return Error(f"{path}: expected rows of numbers, found none")
+            return Error(file=path, line=k + 1, expected="numbers",
+                         found=f"'{odd[:40]}', and no row without such a cell")
+    return Error(file=path, expected="rows of numbers", found="none")
 
 
 def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Source]:
@@ -288,7 +289,7 @@ def _sources(columns: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, S
         try:
             sources[name] = Source(**value) if isinstance(value, Mapping) else Source(value)
         except TypeError:
-            raise Error(f"{where}, {name}: expected column, unit, factor, offset, found {value}") from None
+            raise Error(file=where, place=name, expected="column, unit, factor, offset", found=str(value)) from None
     return sources
 
 
@@ -301,27 +302,27 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(read_bytes(path).decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise Error(f"{path}: expected UTF-8, found byte {error.object[error.start]} at {error.start}") from None
+        raise Error(file=path, expected="UTF-8", found=f"byte {error.object[error.start]} at {error.start}") from None
     except RecursionError:
-        raise Error(f"{path}: expected TOML, found brackets nested too deeply") from None
+        raise Error(file=path, expected="TOML", found="brackets nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
-        raise Error(f"{path}: {error}") from None
+        raise Error(str(error), file=path) from None
 
 
 def _find_column(path: Path, names: Sequence[str], column: str | int) -> int:
     if isinstance(column, int) and 1 <= column <= len(names):
         return column - 1
     if names.count(str(column)) > 1:
-        raise Error(f"{path}: expected one column {column}, found {names.count(str(column))}; a map may tell them apart "
-                    "by their numbers")
+        raise Error(file=path, expected=f"one column {column}", found=names.count(str(column)),
+                    advice="a map may tell them apart by their numbers")
     if column in names:
         return names.index(str(column))
-    raise Error(f"{path}: expected a column {column}, found {', '.join(names)}")
+    raise Error(file=path, expected=f"a column {column}", found=", ".join(names))
 
 
 def _si(path: Path, unit: str) -> tuple[str, float]:
     """SI unit of a unit, and the factor to it."""
     plain = _plain_unit(unit)
     if plain and plain not in UNITS:
-        raise Error(f"{path}: expected a unit among {', '.join(UNITS)}, found {unit}")
+        raise Error(file=path, expected=f"a unit among {', '.join(UNITS)}", found=unit)
     return UNITS[plain] if plain else ("", 1.0)

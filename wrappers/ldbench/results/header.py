@@ -1,7 +1,7 @@
 """The header of a column file: the case, the profiles, the setup and the results in its comments.
 
 The core writes them as namelist groups in comment lines, before and after the rows; a run in memory is told by the same
-lines. A file without these lines, another code's, has an empty header.
+lines. A file without these lines, another code's, has empty comments.
 """
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.errors import UNREADABLE, Error, UnknownName, error_of
+from .._core.errors import Error, UnknownName, unreadable
 from ..case import Value, find_variable, variables
 from ..constants import CONTACTS
 from .events import Event, count_name, event_kinds
@@ -39,27 +39,31 @@ ABSENT: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Header:
-    """The facts of a run beside its columns; empty for another code's file."""
+    """What made a run; empty for another code's file."""
 
     version: str = ""                       # of ldbench
     name: str = ""                          # of the case
     title: str = ""
     profiles: Mapping[str, str] = field(default_factory=dict)   # 'wheel', 'rail', or 'left wheel' ...: file and checksum
     reconstruction: bool = False            # whether a profile says that it is not the organisers' file
-    settings: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)   # the groups of the namelist
     table_points: str = ""                  # of the contact table, by zone: '111 x 100 x 15 + 200 x 100 x 18'
     table_errors: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # rms, largest by place, of max(|F|, 5 kN)
+
+
+@dataclass(frozen=True)
+class Comments:
+    """What the comments of a column file say; empty for another code's file. Runs have it as their `header`, `case`, `results`,
+    `events` and `ending`."""
+
+    header: Header = field(default_factory=Header)
+    settings: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)   # the groups of the namelist
     results: Mapping[str, Any] = field(default_factory=dict)    # the groups &setup and &results, SI units
     events: tuple[Event, ...] = ()          # the first few of each kind
-
-    @property
-    def finished(self) -> bool:
-        """Whether the results are there: the core writes them after the last row."""
-        return "end" in self.results
+    ending: str = ""                        # why the run ended, which the core writes after the last row
 
 
-def read_header(path: Path) -> Header:
-    """The header of a column file: of the comment lines at its beginning, before or after the line of names, and at its end."""
+def read_comments(path: Path) -> Comments:
+    """The comments of a column file: the lines at its beginning, before or after the line of names, and those at its end."""
     head = []
     try:
         with open(path, "rb") as file:
@@ -71,22 +75,22 @@ def read_header(path: Path) -> Header:
             file.seek(max(0, file.seek(0, os.SEEK_END) - TAIL))
             last = file.read().split(b"\n")
     except (OSError, ValueError):           # ValueError: a name with a zero byte
-        raise error_of(f"{path}: {UNREADABLE}") from None
+        raise unreadable(path) from None
     tail = itertools.takewhile(lambda line: line.startswith(b"#"), filter(bytes.strip, reversed(last)))
     try:
-        return parse_header(head, [*map(_plain, tail)][::-1])
+        return parse_comments(head, [*map(_plain, tail)][::-1])
     except Error as error:
-        raise Error(f"{path}, header: {error}") from None
+        raise error.within(f"{path}, header") from None
 
 
 def _plain(line: bytes) -> str:
     return line.decode(errors="replace")[1:].removeprefix(" ").rstrip()
 
 
-def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
-    """Parse the comment lines before and after the rows. The header is empty if ldbench has not written them."""
+def parse_comments(head: Sequence[str], tail: Sequence[str]) -> Comments:
+    """Parse the comment lines before and after the rows. All is empty if ldbench has not written them."""
     if not (head and (found := re.match(r"ldbench (\S+)$", head[0]))):
-        return Header()
+        return Comments()
     version, name, title = found[1], "", ""
     profiles: dict[str, str] = {}
     reconstruction = False
@@ -105,20 +109,21 @@ def parse_header(head: Sequence[str], tail: Sequence[str]) -> Header:
     for k, frequency in enumerate(frequencies if isinstance(frequencies, list) else [frequencies], 1):
         results[f"frequency_{k}"] = number({"eigenfrequencies": frequency}, "eigenfrequencies")
     events: tuple[Event, ...] = ()
+    ending = ""
     errors: dict[str, tuple[float, float]] = {}
     if told := read_groups(tail).get("results"):
         for key in [key for key in told if key.startswith("table_error_")]:
             errors[key.removeprefix("table_error_").replace("_", " ")] = number(told, key, 0), number(told, key, 1)
             del told[key]
-        events = tuple(map(read_event, told.pop("event", [])))
+        events, ending = tuple(map(read_event, told.pop("event", []))), str(told.pop("end", ""))
         results |= {count_name(kind): 0 for kind in event_kinds()}
         results |= dict.fromkeys(ALWAYS, np.nan)
         results |= {key: value if isinstance(value, str) and key not in ALWAYS else int(value) if isinstance(value, int)
                     else number(told, key) for key, value in told.items()}
         results["derailed"] = number(results, "n_derailment") > 0
     results |= {key: value for key, value in ABSENT.items() if key not in results}
-    return Header(version, name, title, profiles, reconstruction, settings, str(setup.get("table_points", "")), errors, results,
-                  events)
+    header = Header(version, name, title, profiles, reconstruction, str(setup.get("table_points", "")), errors)
+    return Comments(header, settings, results, events, ending)
 
 
 def read_event(event: Mapping[str, Any]) -> Event:
@@ -159,7 +164,7 @@ def read_line(line: str, group: dict[str, Any]) -> None:
     at, end = 0, len(line.rstrip())
     while at < end and not line[at:].lstrip().startswith("!"):
         if not (found := ITEM.match(line, at)):
-            raise Error(f"expected name = value, found {line.strip()!r}")
+            raise Error(expected="name = value", found=f"{line.strip()!r}")
         at = found.end()
         event, name, word = found.groups()
         if event:
@@ -190,7 +195,7 @@ def number(group: Mapping[str, Any], name: str, k: int | None = None) -> float:
     if k is not None and isinstance(value, list) and len(value) > k:
         value = value[k]
     if not isinstance(value, int | float) or isinstance(value, bool) or not np.isfinite(value):
-        raise Error(f"expected a number for {name}, found {value!r}")
+        raise Error(expected=f"a number for {name}", found=f"{value!r}")
     return float(value)
 
 

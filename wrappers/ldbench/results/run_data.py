@@ -4,7 +4,7 @@ from __future__ import annotations
 import copy
 import functools
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,18 +13,18 @@ import numpy as np
 
 from .._core.errors import Error, unknown
 from .._core.optional import needed
-from .._core.pools import processes
-from ..case import Case, Value
+from ..case import Case
 from ..constants import CONTACTS
 from .columns import read_columns
 from .contact_intervals import LARGEST, ContactInterval, find_intervals, is_closed
-from .events import Event, count_name, event_kinds
-from .header import Header, read_header
+from .events import Event, event_kinds
+from .header import Comments, Header, read_comments
 from .quantities import PAIR_FILES, PAIRS
 
-# The core's words for why a run ended: after both flanges, or at its time; after the latter stands what was not reached.
+# Why a run ended that ended as its `stop_at` asks, in the core's words; another ending has other words, as 't_end, derailment not
+# reached'.
 RETURNED = "return to the centre after both flanges"
-TIME_IS_OVER = "t_end"
+AS_ASKED = "t_end", RETURNED, "derailment"
 # What a Dataset has of events: its name, the field, and the unit.
 EVENT_FIELDS: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("time", "t", {"units": "s"}), ("kind", "kind", {}), ("force", "force", {"units": "N"}),
@@ -37,26 +37,38 @@ if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes lon
     import xarray as xr
 
 
+class Results(dict[str, Any]):
+    """The outcome of a run by name; UnknownName, with the nearest name, where the run has no result of that name."""
+
+    def __init__(self, file: Path, found: Mapping[str, Any]) -> None:
+        super().__init__(found)
+        self.file = file
+
+    def __missing__(self, name: str) -> Any:
+        raise unknown(f"{self.file}: expected a result {name}", name, list(self), "none")
+
+
 class RunData:
     """A run that ldbench computed, or the contents of another code's file.
 
-    A file without ldbench's header has `data` alone: `results` is empty, `events` too, and `case` raises Error.
+    A file without ldbench's header has `data` alone: `results` and `events` are empty, `ending` is '', and `case` raises Error.
     """
 
-    def __init__(self, file: Path, map: Any = None, name: str = "", *, header: Header | None = None,
+    def __init__(self, file: Path, map: Any = None, name: str = "", *, comments: Comments | None = None,
                  data: pd.DataFrame | None = None, case: Case | None = None) -> None:
         """A run from a column file, or that has what is given in its place. `map` tells how another code names our columns, see
         `read_columns`."""
         #: Path of the column file that exists or that the case names.
         self.file: Path = file
         self._map = map
-        vars(self).update({key: part for key, part in (("header", header), ("data", data), ("case", case)) if part is not None})
+        vars(self).update({key: part for key, part in (("_comments", comments), ("data", data), ("case", case))
+                           if part is not None})
         #: The name of the case, or of the file.
         self.name: str = name or self.header.name or file.stem
 
     def __getstate__(self) -> dict[str, Any]:
         _ = self.data
-        return {key: part for key, part in vars(self).items() if key in ("file", "_map", "name", "header", "data", "case")}
+        return {key: part for key, part in vars(self).items() if key in ("file", "_map", "name", "_comments", "data", "case")}
 
     def named(self, name: str) -> RunData:
         """The run by another name."""
@@ -64,42 +76,55 @@ class RunData:
         other.name = name
         return other
 
+    def with_data(self, data: pd.DataFrame) -> RunData:
+        """The run with other columns or rows."""
+        return RunData(self.file, name=self.name, comments=self._comments, data=data)
+
     # What is known of the run ---------------------------------------------------------------
 
     @functools.cached_property
     def data(self) -> pd.DataFrame:
         """The columns of the column file in SI units, a row per output interval and event; units in `attrs["units"]`."""
-        ours = bool(self.header.settings)
-        found = read_columns(self.file, None if ours else self._map)
-        if ours and not self.header.finished and "time" in found:
-            raise Error(f"{self.file}: expected the group &results after the last row, found none: the run is not finished, or "
-                        "the file is cut")
+        found = read_columns(self.file, None if self.is_ours else self._map)
+        if self.is_ours and not self.ending and "time" in found:
+            raise Error(file=self.file, expected="the group &results after the last row",
+                        found="none: the run is not finished, or the file is cut")
         return found
 
     @functools.cached_property
     def case(self) -> Case:
-        """The case that was run; Error where the file does not tell it."""
-        if not self.header.settings:
-            raise Error(f"{self.file}: expected the header of ldbench, which tells the case, found none")
-        return Case.of_groups(self.header.settings, f"{self.file}, header", self.file.resolve().parent)
+        """The case that was run, with all that went in: `run.case.vY`; Error where the file does not tell it."""
+        if not self.is_ours:
+            raise Error(file=self.file, expected="the header of ldbench, which tells the case", found="none")
+        return Case.of_groups(self._comments.settings, f"{self.file}, header", self.file.resolve().parent)
 
     @functools.cached_property
-    def header(self) -> Header:
-        """Title, version, profiles, settings: the comments before and after the rows."""
-        return read_header(self.file)
+    def _comments(self) -> Comments:
+        return read_comments(self.file)
 
     @property
-    def results(self) -> dict[str, Any]:
-        """The outcome in numbers, SI units, by the names in the groups &setup and &results of the column file.
+    def header(self) -> Header:
+        """Version of ldbench, name and title of the case, profiles, points and errors of the contact table."""
+        return self._comments.header
 
-        The section Results of the page on output lists them. A number that a run does not have is NaN, such a text is ''.
+    @property
+    def is_ours(self) -> bool:
+        """Whether ldbench wrote the file, which then tells the case."""
+        return bool(self._comments.settings)
+
+    @property
+    def results(self) -> Results:
+        """What came out, SI units, by the names in the groups &setup and &results of the column file: `run.results["drift"]`.
+
+        The section Results of the page on output lists them. What did not happen is NaN, such a text is ''. KeyError, with the
+        nearest name, for a name that no result has.
         """
-        return dict(self.header.results)
+        return Results(self.file, self._comments.results)
 
     @property
     def events(self) -> list[Event]:
         """Events in order of time: the first five of each kind and a hundred impacts. `results` has the numbers of all events."""
-        return list(self.header.events)
+        return list(self._comments.events)
 
     # Questions -----------------------------------------------------------------------------
 
@@ -108,13 +133,13 @@ class RunData:
         """The times of the rows, (rows,) [s]; Error where they do not ascend."""
         time = self.values("time")
         if not (np.isfinite(time).all() and np.all(np.diff(time) >= 0)):
-            raise Error(f"{self.file}: expected rows with ascending times, found others")
+            raise Error(file=self.file, expected="rows with ascending times", found="others")
         return time
 
     def values(self, column: str) -> np.ndarray:
         """A column, (rows,), SI; Error where the run has none of that name."""
         if column not in self.data:
-            raise unknown(f"{self.file}: expected a column {column}", column, map(str, self.data), "none")
+            raise unknown(f"a column {column}", column, map(str, self.data), "none", file=self.file)
         return self.data[column].to_numpy()
 
     def __getitem__(self, column: str) -> np.ndarray:
@@ -134,29 +159,16 @@ class RunData:
     def __bool__(self) -> bool:
         return True
 
-    def result(self, name: str) -> float:
-        """A number of `results`; NaN where the run does not tell it."""
-        return float(self.header.results.get(name, np.nan))
-
     @property
     def ending(self) -> str:
         """Why the run ended; '' where the file does not say."""
-        return str(self.header.results.get("end", ""))
-
-    @property
-    def message(self) -> str:
-        """Why the run ended, as SciPy's `solve_ivp` calls it: `ending`."""
-        return self.ending
-
-    @property
-    def status(self) -> int:
-        """As of SciPy's `solve_ivp`: 1 where an event ended the run, as the return to the centre or derailment, else 0."""
-        return int(self.ending.partition(",")[0] not in ("", TIME_IS_OVER))
+        return self._comments.ending
 
     @property
     def success(self) -> bool:
-        """As of SciPy's `solve_ivp`: always true, because a run that fails raises Error, and so does a file that is cut."""
-        return True
+        """Whether the run ended as its `stop_at` asks: at the return to the centre, at the derailment, or at `t_end`. False where
+        the time was over before, where the wheelset derailed unasked, and where the file does not say."""
+        return self.ending in AS_ASKED
 
     @property
     def exercise(self) -> int | None:
@@ -167,14 +179,20 @@ class RunData:
     @property
     def formulation(self) -> str:
         """How contact is treated: 'elastic', 'bilateral' or 'unilateral'; '' in another code's file."""
-        return str(self.setting("contact", "formulation") or ("elastic" if self.header.settings else ""))
+        return self._text("contact", "formulation") or ("elastic" if self.is_ours else "")
+
+    @property
+    def law(self) -> str:
+        """The law of elastic contact, 'halfspace', 'strip' or 'hertz'; of rigid contacts the formulation; '' in another code's
+        file."""
+        return self._text("contact", "model") if self.formulation == "elastic" else self.formulation
 
     @property
     def pair(self) -> str:
         """The profiles in words, by the names of their files: 'actual profiles', or 's1002.yz on 60e1.yz'. A file without
         ldbench's header has the pair that its name tells; '' where nothing does."""
         wheel, rail, right_wheel, right_rail = (
-            Path(str(self.setting("profiles", which) or "")).name for which in (
+            Path(self._text("profiles", which)).name for which in (
                 "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"))
         if not (wheel and rail):
             return PAIRS.get(self.name.partition("_")[2], "")
@@ -187,47 +205,20 @@ class RunData:
         """'Exercise 1, actual profiles', or the name of the case."""
         return f"Exercise {self.exercise}, {self.pair}" if self.exercise and self.pair else self.name
 
-    def setting(self, group: str, name: str) -> Value | None:
-        """A number or a word of the namelist; None where the file does not say."""
-        return self.header.settings.get(group, {}).get(name)
-
-    def number(self, group: str, name: str) -> float:
-        """A number of the namelist."""
-        value = self.setting(group, name)
-        if isinstance(value, str | None):
-            raise Error(f"{self.file}: expected a number for &{group} {name} in the header, found {value or 'none'}")
-        return float(value)
+    def _text(self, group: str, name: str) -> str:
+        """A text of the namelist, also of one that is no case of this version; '' where the file does not say."""
+        return str(self._comments.settings.get(group, {}).get(name, ""))
 
     def first(self, kind: str) -> Event | None:
         """The first event of a kind; None where there was none."""
         check_kind(kind)
-        return next((event for event in self.header.events if event.kind == kind), None)
-
-    def count(self, kind: str) -> int | None:
-        """The number of events of a kind; None where the file does not say."""
-        check_kind(kind)
-        return self.header.results.get(count_name(kind))
-
-    def peak(self, contact: str) -> tuple[float, float] | None:
-        """The largest normal force of a contact [N] and the time [s] of it; None where the contact stays open.
-
-        The results tell it for all steps; of another code's file it is the largest of the rows.
-        """
-        check_contact(contact)
-        if "peak_N_LT" in self.header.results:
-            found = self.result(f"peak_N_{contact}"), self.result(f"t_peak_{contact}")
-        elif f"N_{contact}" in self.data and self.closed(contact).any():
-            k = int(np.nanargmax(self.values(f"N_{contact}")))
-            found = float(self.values(f"N_{contact}")[k]), float(self.time[k])
-        else:
-            return None
-        return found if found[0] > 0 else None
+        return next((event for event in self._comments.events if event.kind == kind), None)
 
     def first_interval(self, contact: str) -> ContactInterval | None:
         """The first interval of the rows in which a contact is closed, of a flange not at its root, for what is drawn; None without
         one. In a file with results it is that of the first touch, in files of other codes the contact angle tells the root."""
         check_contact(contact)
-        begin = self.result(f"t_first_{contact}") - 1e-9        # the times of rows are rounded
+        begin = self.results.get(f"t_first_{contact}", np.nan) - 1e-9        # the times of rows are rounded
         return next((one for one in self.intervals(contact, rigid=False) or []
                      if (self.time[one.rows.stop - 1] >= begin if np.isfinite(begin) else not one.at_root)), None)
 
@@ -246,7 +237,7 @@ class RunData:
             blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
         angle = self.values(f"angle_{contact}") if f"angle_{contact}" in self.data else np.full(rows, np.nan)
         return find_intervals(contact, self.time[:rows], np.zeros(rows) if force is None else force[:rows], blows, angle,
-                              self.setting("output", "rows") == "interval_and_events")
+                              self._text("output", "rows") == "interval_and_events")
 
     def impacts(self, contacts: Sequence[str] = CONTACTS) -> list[ContactInterval]:
         """All impacts of some contacts in order of time: start, end, largest force, impulse and contact angle of each.
@@ -284,7 +275,7 @@ class RunData:
         A file without times is one over `row`. An impact of rigid contacts has two rows at one time.
 
         The events have the dimension `event`, with `event_time`, `event_kind`, `event_force`, `event_angle`, `event_loss` and,
-        over `contact`, `event_impulse`. `results` and the name of the case are attributes.
+        over `contact`, `event_impulse`. `results`, the ending and the name of the case are attributes.
         """
         xarray = needed("xarray", "ensemble")
         units, rows = self.data.attrs.get("units", {}), "time" if "time" in self.data else "row"
@@ -297,19 +288,19 @@ class RunData:
         told = {name: int(value) if isinstance(value, bool) else value for name, value in self.results.items()
                 if not (isinstance(value, float) and np.isnan(value))}
         coordinates = {"contact": list(CONTACTS)} if self.events else {}
-        return xarray.Dataset(data, coordinates, {"case": self.name, "title": self.header.title, **told})
+        return xarray.Dataset(data, coordinates, {"case": self.name, "title": self.header.title, "end": self.ending, **told})
 
 
 def check_contact(contact: str) -> None:
     """Refuse what is not the name of a contact."""
     if contact not in CONTACTS:
-        raise unknown(f"expected a contact {', '.join(CONTACTS)}", contact, CONTACTS)
+        raise unknown(f"a contact {', '.join(CONTACTS)}", contact, CONTACTS)
 
 
 def check_kind(kind: str) -> None:
     """Refuse what is not a kind of events."""
     if kind not in event_kinds():
-        raise unknown("expected a kind of events", kind, event_kinds())
+        raise unknown("a kind of events", kind, event_kinds())
 
 
 def read_data(path: str | PathLike[str], map: Any = None) -> RunData:
@@ -321,14 +312,3 @@ def checked(run: AnyRun) -> AnyRun:
     """The run; Error at once where its file cannot be read."""
     _ = run.data
     return run
-
-
-def read_all(files: Sequence[Path], jobs: int | None = None) -> list[RunData]:
-    """Column files, read by several processes, the longest first."""
-    def size(file: Path) -> int:
-        return file.stat().st_size if file.is_file() else 0     # whoever reads says what is wrong
-
-    order = sorted(range(len(files)), key=lambda k: -size(files[k]))
-    with processes(jobs, len(files)) as pool:
-        found = dict(zip(order, pool.map(read_data, [files[k] for k in order]), strict=True))
-    return [found[k] for k in range(len(files))]

@@ -57,5 +57,4 @@ def summary_row(run: RunData) -> dict[str, Any]:
     numbers = dict.fromkeys((*SUMMARY, *(f"t_peak_{c}" for c in CONTACTS), "t_first_peak_LF", "t_first_peak_RF", "t_unloaded",
                              "t_pmax", "pmax_contact", "drift_reference", "steps", "end"))
     return {"case": run.name, "exercise": run.exercise, "profiles": run.pair,
-            "model": run.setting("contact", "model") if run.formulation == "elastic" else run.formulation,
-            **{name: known[name] for name in numbers}}
+            "model": run.law, **{name: known[name] for name in numbers}}

@@ -41,7 +41,7 @@ def trust(case: Case | str | os.PathLike[str], *, laws: bool = False, jobs: int 
     from tqdm import tqdm
 
     if jobs is not None and jobs < 1:
-        raise BadValue(f"trust: expected at least one thread, found {jobs}")
+        raise BadValue(place="trust", expected="at least one thread", found=jobs)
     case = Case.given(case)
     with tempfile.TemporaryDirectory() as folder:
         varied, notes = variations(case, laws, Path(folder))

@@ -179,7 +179,8 @@ class Trust:
             return cls(facts["case"], facts["title"], tuple((one["kind"], one["cause"]) for one in facts["variations"]), values,
                        dict(facts["failed"]), tuple(facts["without_effect"]), tuple(facts["notes"]))
         except (KeyError, TypeError, AttributeError, ValueError):
-            raise Error("trust: expected the JSON that `python -m ldbench trust --json` writes, found something else") from None
+            raise Error(place="trust", expected="the JSON that `python -m ldbench trust --json` writes",
+                        found="something else") from None
 
     def json(self, path: str | Path = "") -> str:
         """All numbers as JSON, SI units, also written to `path` if given; null for what does not happen."""

@@ -51,7 +51,8 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
     start, end = first if start is None else start, last if end is None else end
     kind = target.suffix.lower()
     if not (first <= start <= end <= last and (start < end or (kind == PICTURE and first < last))):
-        raise Error(f"{target}: expected times from {first:g} to {last:g} s in ascending order, found {start:g} to {end:g} s")
+        raise Error(file=target, expected=f"times from {first:g} to {last:g} s in ascending order",
+                    found=f"{start:g} to {end:g} s")
     if kind == PICTURE:
         with ldbench_style(), complete(target) as scratch:
             Image.fromarray(Picture(runs, first, last, None, case).frame(start)).save(scratch, format="PNG", optimize=True)
@@ -59,7 +60,8 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
     rate, speed = RATES[kind], speed or (end - start)/SECONDS
     count = int(np.ceil((end - start)/speed*rate)) + 1
     if count > FRAMES:
-        raise Error(f"{target}: expected at most {FRAMES} frames, found {count}; a higher --speed or a shorter time takes fewer")
+        raise Error(file=target, expected=f"at most {FRAMES} frames", found=count,
+                    advice="a higher --speed or a shorter time takes fewer")
     times = tqdm(np.linspace(start, end, count), desc="film", unit="frame", disable=None, leave=False)
     with ldbench_style(), complete(target) as scratch:
         picture = Picture(runs, start, end, speed, case)
@@ -100,7 +102,8 @@ class Picture:
     def __init__(self, runs: Sequence[RunData], start: float, end: float, speed: float | None,
                  case: Case | None) -> None:
         if len(runs) > len(SERIES):
-            raise Error(f"{runs[len(SERIES)].file}: expected at most {len(SERIES)} runs, found {len(runs)}; a page holds more")
+            raise Error(file=runs[len(SERIES)].file, expected=f"at most {len(SERIES)} runs", found=len(runs),
+                        advice="a page holds more")
         assumed = assumed_profiles(runs, case)
         self.actors = [Actor(run, line, assumed) for run, line in zip(runs, SERIES, strict=False)]
         self.several = len(self.actors) > 1

@@ -29,7 +29,7 @@ from ..geometry.pressures import known_patches
 from ..pressure import Patch
 from ..results.answers import answers, first_flange
 from ..results.derived import lateral_over_vertical
-from ..results.events import event_kinds
+from ..results.events import count_name, event_kinds
 from ..results.quantities import GROUPS, quantity
 from ..results.run_data import RunData, read_data
 from .pack import CELLS, CELLS_BESIDE, pack
@@ -67,23 +67,18 @@ def view(*runs: RunData | str | PathLike[str], title: str = "", case: Case | Non
     """
     strange = [run for run in runs if not isinstance(run, RunData | str | PathLike)]
     if strange or not runs:
-        raise BadType("view: expected runs or column files, each an argument, found "
-                      + (type(strange[0]).__name__ if strange else "none"))
+        raise BadType(place="view", expected="runs or column files, each an argument",
+                      found=type(strange[0]).__name__ if strange else "none")
     return make_page(distinct([run if isinstance(run, RunData) else read_data(run) for run in runs]), title, case)
 
 
 def distinct(runs: Sequence[RunData]) -> list[RunData]:
     """Give runs of the same name different names: by contact law or formulation, by file, or by number."""
-    choices = [[run.name for run in runs], [f"{run.name} {law(run) or run.file.name}" for run in runs],
+    choices = [[run.name for run in runs], [f"{run.name} {run.law or run.file.name}" for run in runs],
                [f"{run.name} {run.file.name}" for run in runs], [str(run.file) for run in runs],
                [f"{run.name} ({k})" for k, run in enumerate(runs, 1)]]
     chosen = next(names for names in choices if len(set(names)) == len(names))
     return [run if run.name == name else run.named(name) for run, name in zip(runs, chosen, strict=True)]
-
-
-def law(run: RunData) -> str:
-    """The contact law of elastic contact, or how rigid contact is treated."""
-    return str(run.setting("contact", "model") or "") if run.formulation == "elastic" else run.formulation
 
 
 def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None, shown: int | None = None,
@@ -114,7 +109,7 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
 def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Case:
     """Whose profiles are drawn for runs without our header: those of the case given, of the first run with a header, or the
     benchmark's actual ones."""
-    return case or next((run for run in runs if run.header.settings), None) or Case.exercise(1, "aw")
+    return case or next((run for run in runs if run.is_ours), None) or Case.exercise(1, "aw")
 
 
 def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]], cells: int) -> tuple[dict[str, Any], bytes]:
@@ -125,7 +120,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
     if shape and shape not in shapes:
         shapes.append(shape)
     notes = [remark] if remark else []
-    if not run.header.settings and outlines:
+    if not run.is_ours and outlines:
         case = assumed.case if isinstance(assumed, RunData) else assumed
         names = " and ".join(Path(str(name)).name for name in (case.wheel_profile, case.rail_profile))
         notes.append(f"the file does not name its profiles: drawn are {names}")
@@ -139,7 +134,7 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
     entry = {
         "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
         "profiles": [f"{which}: {text}" for which, text in run.header.profiles.items()],
-        "model": str(run.setting("contact", "model") or ""), "ending": run.ending, "notes": notes,
+        "model": run.law, "ending": run.ending, "notes": notes,
         "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
                      "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
         "derived": derived,
@@ -153,11 +148,11 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
 def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Time and the other columns; the times ascend."""
     if "time" not in run.data:
-        raise Error(f"{run.file}: expected a column time (a map of names, --map, may tell which), "
-                    f"found {', '.join(map(str, run.data))}")
+        raise Error(file=run.file, expected="a column time (a map of names, --map, may tell which)",
+                    found=", ".join(map(str, run.data)))
     time = run.time
     if len(time) < 2:
-        raise Error(f"{run.file}: expected two or more rows, found one")
+        raise Error(file=run.file, expected="two or more rows", found="one")
     return time, {str(name): run.values(name) for name in run.data if name != "time"}
 
 
@@ -195,15 +190,16 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
     for contact, words in CONTACT_NAMES.items():
         if not run.events and contact[1] == "F" and (t := known[f"t_first_{contact}"]) is not None:
             found.append({"t": t, "what": f"{words} contact, by its force", "force": None})
-        if peak := run.peak(contact):
-            found.append({"t": peak[1], "what": f"largest normal force, {words}", "force": None, "peak": number(peak[0])})
+        if peak := known[f"peak_N_{contact}"]:
+            found.append({"t": known[f"t_peak_{contact}"], "what": f"largest normal force, {words}", "force": None,
+                          "peak": number(peak)})
     return sorted((event for event in found if np.isfinite(event["t"])), key=lambda event: event["t"])
 
 
 def unlisted(run: RunData) -> dict[str, int]:
     """How many events of each kind happened that the file does not list."""
     listed = Counter(event.kind for event in run.events)
-    return {kind: more for kind in event_kinds() if (more := (run.count(kind) or 0) - listed[kind]) > 0}
+    return {kind: more for kind in event_kinds() if (more := run.results.get(count_name(kind), 0) - listed[kind]) > 0}
 
 
 def namelist_text(run: RunData) -> str:
@@ -242,7 +238,8 @@ def pressure_entries(run: RunData, contacts: Sequence[str]) -> list[dict[str, An
     """The patches that are known at the largest normal force of each of some contacts and at the peak of the first contact of
     each flange, in order of time."""
     rows = {one.top for contact in ("LF", "RF") if (one := run.first_interval(contact))}
-    rows |= {int(np.abs(run.time - peak[1]).argmin()) for contact in contacts if (peak := run.peak(contact))}
+    known = answers(run)
+    rows |= {int(np.abs(run.time - t).argmin()) for contact in contacts if (t := known[f"t_peak_{contact}"]) is not None}
     return [{"t": float(run.time[k]), "patches": [patch_entry(patch) for patch in patches]} for k in sorted(rows)
             if (patches := known_patches(run, k))]
 

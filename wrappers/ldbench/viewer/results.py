@@ -7,7 +7,7 @@ from typing import Any
 
 from ..geometry.pressures import FLANGES
 from ..results.answers import answers
-from ..results.header import read_header
+from ..results.header import read_comments
 from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
 from ..results.summary import CHAOTIC_NOTE, SUMMARY, shown, summary_row
@@ -24,7 +24,7 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
     for file in files:
         study = file.parent/"study"/f"{file.stem}_law.txt"
         beside = sorted(file.parent.glob(f"{file.stem}_*.txt"))
-        found += [other for other in (*beside, study) if other.is_file() and other not in files and read_header(other).settings]
+        found += [other for other in (*beside, study) if other.is_file() and other not in files and read_comments(other).settings]
     return found
 
 
@@ -55,7 +55,7 @@ def number_cell(run: RunData, row: dict[str, Any], key: str, chaotic: Chaotic) -
 def cell_beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
     """The cell that lays other runs of a case over it."""
     mine = [other for other in others if other.name.startswith(f"{run.name}_")]
-    words = ", ".join(str(other.setting("contact", "model") or other.name) for other in mine)
+    words = ", ".join(other.law or other.name for other in mine)
     return cell(run, words or "–", run.time[0] if mine else None, [other.name for other in mine])
 
 

@@ -84,6 +84,6 @@ def save_map(path: Path, checked: Sequence[Checked]) -> None:
     """Write the map of the one file that was checked."""
     maps = [one.guess.toml() for one in checked if one.guess]
     if len(maps) != 1:
-        raise Error(f"{path}: expected one file whose map is guessed, found {len(maps)}")
+        raise Error(file=path, expected="one file whose map is guessed", found=len(maps))
     with complete(path) as scratch:
         scratch.write_text(maps[0], encoding="utf-8")

@@ -36,9 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     if not args.folder.is_dir():
-        raise Error(f"{args.folder}: expected a folder that holds a folder for each code, found none")
+        raise Error(file=args.folder, expected="a folder that holds a folder for each code", found="none")
     if not any(path.is_dir() and not path.name.startswith(".") for path in args.folder.iterdir()):
-        raise Error(f"{args.folder}: expected a folder for each code, found none")
+        raise Error(file=args.folder, expected="a folder for each code", found="none")
     references = find_references(args.reference) if args.reference else None
     store = kept_in(args.output)
     make_results_folder(args.output)
@@ -47,7 +47,7 @@ def main(args: argparse.Namespace) -> int:
     for line in found.lines():
         print(line)
     if not found.used:
-        raise Error(f"{args.folder}: expected a file that can be used, found none")
+        raise Error(file=args.folder, expected="a file that can be used", found="none")
     files = [args.output/f"collation{ending}" for ending in (".csv", ".pdf", ".html")]
     write_csv(found, files[0])
     make_document(found, files[1])

@@ -75,17 +75,17 @@ def files(path: Path, reference: Path, name: str | None, left_out: list[str]) ->
     known = find_files(reference, [], strict=True) if reference.is_dir() else None
     if path.is_dir():
         if known is None or name:
-            raise Error(f"{path}: expected a file, for --reference FILE and for --simulation, found a folder")
+            raise Error(file=path, expected="a file, for --reference FILE and for --simulation", found="a folder")
         own = find_files(path, left_out)
         if not own.keys() & known.keys():
-            raise Error(f"{path}: expected files of the simulations in {reference}, found none")
+            raise Error(file=path, expected=f"files of the simulations in {reference}", found="none")
         yield from ((task, file, known[task]) for task, file in own.items() if task in known)
         return
     task = task_named(name) if name else task_of(path) or (task_of(reference) if known is None else None)
     if task is None:
-        raise Error(f"{path}: expected a name that says the simulation, as ex2_aw, or --simulation, found neither")
+        raise Error(file=path, expected="a name that says the simulation, as ex2_aw, or --simulation", found="neither")
     if known is not None and task not in known:
-        raise Error(f"{reference}: expected a file of {task.words}, found none")
+        raise Error(file=reference, expected=f"a file of {task.words}", found="none")
     yield task, path, known[task] if known is not None else reference
 
 
@@ -93,7 +93,7 @@ def doubts(run: RunData, task: Task) -> list[str]:
     """What speaks for another simulation: the name of the file, or the start of the motion. Error where ldbench's header does."""
     told = next((other for other in TASKS if other.name == run.header.name), task)
     if told != task:
-        raise Error(f"{run.file}: expected a file of {task.words}, found the header of {told.words}")
+        raise Error(file=run.file, expected=f"a file of {task.words}", found=f"the header of {told.words}")
     named = task_of(run.file) or task
     return [f"{run.file}: expected a file of {task.words}, found {what}" for what in (
         *([f"a name that says {named.words}"] if named != task else []),
