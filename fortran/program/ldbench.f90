@@ -56,6 +56,7 @@ contains
     type(line_type), allocatable :: lines(:)
     type(case_type), allocatable :: c
     type(setup_type), allocatable :: setup
+    type(error_type), allocatable :: warning
     type(column_file) :: columns
     type(run_type) :: result
     character(:), allocatable :: file
@@ -74,9 +75,10 @@ contains
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
     if (.not. allocated(error)) call finish_columns(c, result, columns, error)
-    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, setup)
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, setup, warning)
     call columns%file%abandon()
     call watcher%clear()
+    if (allocated(warning)) write (error_unit, '(a)') 'ldbench: warning: '//warning%message
     if (.not. allocated(error)) then
       call summary(c, setup, result, text)
       call answer(text)

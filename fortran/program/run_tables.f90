@@ -45,21 +45,23 @@ contains
     if (path_of(c, side) /= '') call load_values(path_of(c, side), table, found, error)
   end subroutine open_table
 
-  !> Write what the tables have learnt to their files. A file that cannot be written is no error: it only saves time.
-  subroutine keep_tables(c, setup)
+  !> Write what the tables have learnt to their files. A file that cannot be written is no error, for it only saves time; then
+  !> `warning` says so.
+  subroutine keep_tables(c, setup, warning)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
+    type(error_type), allocatable, intent(out) :: warning
 
-    call keep_table(path_of(c, 1), setup%wheelset%table)
-    if (.not. setup%symmetric) call keep_table(path_of(c, 2), setup%wheelset%right_table)
+    call keep_table(path_of(c, 1), setup%wheelset%table, warning)
+    if (.not. (setup%symmetric .or. allocated(warning))) call keep_table(path_of(c, 2), setup%wheelset%right_table, warning)
   end subroutine keep_tables
 
-  subroutine keep_table(path, table)
+  subroutine keep_table(path, table, warning)
     character(*), intent(in) :: path
     type(table_type), intent(inout) :: table
-    type(error_type), allocatable :: ignored
+    type(error_type), allocatable, intent(out) :: warning
 
-    if (path /= '' .and. table%solutions(1) > table%kept) call save_values(path, table, ignored)
+    if (path /= '' .and. table%solutions(1) > table%kept) call save_values(path, table, warning)
   end subroutine keep_table
 
   !> The file of a side's table.

@@ -63,7 +63,7 @@ contains
       call items%append('error of the contact force in poses of the run, rms (largest), relative to '//floored_force//':'//newline)
       do k = 1, size(group)
         if (poses(k) > 0) call items%add('table_error_'//joined(group(k)), [rms(k), accuracy%largest(k)], &
-          'rms and largest, of '//floored_force, '  '//trim(group(k))//' # (#)'//newline, scientific)
+          '', '  '//trim(group(k))//' # (#)'//newline, scientific)
       end do
       if (unsolved > 0) call items%warn(str(unsolved)//' of '//str(sum(poses) + unsolved)// &
         ' direct solutions of contacts did not converge; the error of the contact force leaves them out')

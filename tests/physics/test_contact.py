@@ -219,6 +219,7 @@ def test_forces_where_runs_come_are_those_of_direct_evaluation(stage: str, pair:
         over = np.abs(touching[:, 2]) > 0.04
         chosen.append(rng.choice(touching[over == (stage == "overturning")], 200))
     error, _ = strips.errors(*np.concatenate(chosen).T)
-    # Some twice what was measured, of max(|F|, 5 kN); h bends sharply where the tread touches crown and corner at once.
-    largest, rms = (2e-3, 3e-4) if stage == "running" else (1e-2, 1e-3)
+    # Some twice what was measured, of max(|F|, 5 kN). Cells follow the kinks of h on upright wheelsets alone; h bends sharply where
+    # the tread touches crown and corner at once.
+    largest, rms = (2e-2, 6e-4) if stage == "running" else (0.2, 2e-2)
     assert error.max() < largest and np.sqrt(np.mean(error**2)) < rms

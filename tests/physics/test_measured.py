@@ -108,8 +108,8 @@ SHAPES = {"hollow": ("strip", 1e-2, lambda wheel: shapes.hollow_beside_throat(sh
 @pytest.mark.parametrize("worn", [
     *(pytest.param(name, marks=pytest.mark.slow) for name in ("hollow", "wide")), "straight faces"])
 def test_table_holds_for_worn_wheels(worn: str, tmp_path: Path):
-    """The rms error in rolling over, or of the force on the straight flange, is within what a run with `&table accuracy` 2e-3 may
-    have without a warning (10 times that, and half of it), though the table is asked for less."""
+    """A wheelset that goes over has an rms error of its forces within what a run with `&table accuracy` 2e-3 may have without a warning,
+    though it is asked for less. That on a straight flange, where h has kinks over the roll angle, is larger, and is told."""
     model, accuracy, wheel, rail = SHAPES[worn]
     (tmp_path / "wheel").write_text(shapes.rows(wheel(shipped_points("awprof"))))
     (tmp_path / "rail").write_text(shapes.rows(rail(shipped_points("arprof"))))
@@ -117,4 +117,6 @@ def test_table_holds_for_worn_wheels(worn: str, tmp_path: Path):
         wheel_profile=str(tmp_path / "wheel"), rail_profile=str(tmp_path / "rail"), table_file="", model=model, accuracy=accuracy,
         lateral_ramp=5e4, order=4, beta=0.0))
     error = run.header.table_errors
-    assert error["flange"][0] < 1e-3 if worn == "straight faces" else error["going over"][0] <= 2e-2
+    assert error["going over"][0] <= 2e-2
+    if worn == "straight faces":
+        assert accuracy < error["flange"][0] < 3e-2 and any("expected an rms error of at most" in words for words in run.warnings)

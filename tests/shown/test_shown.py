@@ -57,6 +57,8 @@ def test_results_in_the_column_file(name: str, world: World):
     for key, unit in re.findall(r"^#   (\w+) = [^!\n]+?  ! ([^,\n]+)", results, re.MULTILINE):
         assert unit.replace(" ", ".") == (si_unit(key) or "Pa" if key.startswith("pmax") else si_unit(key)), key
     entries = dict(re.findall(r"^#   (\w+) = ([^!\n]+?)(?:  !.*)?$", results, re.MULTILINE))
+    for place in raw.errors():
+        del entries[f"table_error_{place}"]       # tests/physics/test_tables.py compares them with direct solutions
     for key, truth in table.in_results(raw).items():
         number = entries.pop(key)
         assert truth is None or float(number) == pytest.approx(truth[0], rel=truth[1], abs=truth[2]), key

@@ -26,7 +26,6 @@ from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, 
 
 BATCH = 400                 # inputs of a child
 HANG = 1800                 # a child that takes so long hangs [s]
-TINY = {}
 # The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
          {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]
@@ -103,15 +102,15 @@ class Child:
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
         (folder/"other.csv").write_bytes(self.columns[1])
         case = folder/"case.nml"
-        case.write_text(short_case(folder, contact={"model": "strip"}, table=TINY | {"file": folder/"pair.table"}))
+        case.write_text(short_case(folder, contact={"model": "strip"}, table={"file": folder/"pair.table"}))
         self.tables = subprocess.Popen([FORTRAN_TESTS/"load_tables", case], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                        text=True, cwd=folder)
         self._load(folder/"nothing")
-        self.table = (folder/"pair.table").read_bytes()
         self.ours = []
         for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_file": ""}):
             run = ldbench.run(ldbench.Case.from_namelist(case).replace(interval=1e-4, rows="interval", **changes))
             self.ours.append(Path(run.write(folder/name)).read_bytes())
+        self.table = (folder/"pair.table").read_bytes()
         self.known = self._listing()
 
     def _listing(self) -> set[str]:

@@ -102,6 +102,7 @@ contains
     type(case_type), intent(in) :: c
     character(*), intent(in) :: paths
     type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: ignored
 
     p%c = c
     p%located = c
@@ -109,7 +110,7 @@ contains
     call prepare(p%located, p%setup, error)
     p%owns_table = .true.
     call rename(c, p%setup)
-    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(p%located, p%setup)
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(p%located, p%setup, ignored)
   end subroutine prepare_located
 
   !> Profiles in their places, zones and clearance of a case, whose files are found by the paths given here.
@@ -246,11 +247,12 @@ contains
     integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
     type(shared_monitor) :: watcher
+    type(error_type), allocatable :: ignored
 
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
-    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%located, p%setup)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%located, p%setup, ignored)
   end subroutine simulate_watched
 
   !> Write the column file of a run.
