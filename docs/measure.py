@@ -251,7 +251,7 @@ def first_contact(case: Case, table: ContactTable) -> ContactInterval:
 
 
 def of_times() -> Values:
-    """Processor times [s] of what exercise 5 solves for its contact table, and of the ten runs with all that solved, without files."""
+    """Processor times [s] of what exercise 5 solves for its table, and of the ten runs with all that solved, without files."""
     tables = {pair: ContactTable(Case.exercise(1, pair).replace(table_file="")) for pair in PAIRS}
     seconds = 0.0
     for case in CASES:

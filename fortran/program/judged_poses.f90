@@ -1,5 +1,5 @@
-!> How far a run's contact forces are from direct solutions: the error of the contact table at some poses of the run itself. They are
-!> spread evenly over the logarithm of the force, on the tread, on the flange, on both at once, and where the wheelset goes over.
+!> How far a run's contact forces are from direct solutions: the error of the contact table at some poses of the run itself. They
+!> are spread evenly over the logarithm of the force, on the tread, on the flange, on both at once, and where the wheelset goes over.
 module judged_poses
   use direct_force, only: fine_elements, judge
   use kinds, only: dp

@@ -130,7 +130,7 @@ contains
       real(dp), intent(in) :: share
 
       if (.not. present(watcher)) return
-      call watcher%report('integration', share)
+      call watcher%report(share)
       monitor%run%cancelled = watcher%stop
     end subroutine report_progress
 

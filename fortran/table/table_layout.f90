@@ -17,10 +17,12 @@ module table_layout
   private
   public :: lay_out
 
-  ! Cells of u: the contact moves by `travel` along the wheel, where the cell is neither shorter nor longer than these [m].
-  real(dp), parameter :: travel = 1e-3_dp, shortest_u = 0.01e-3_dp, longest_u = 1e-3_dp
-  ! Where h has a kink its spline is so much above it [m]: the contact closes too early.
-  real(dp), parameter :: rounding = 3e-6_dp, least_travel = 0.05e-3_dp
+  ! In a cell of u the contact moves by `travel` along the wheel, unless the cell were shorter than `least_travel` or longer than
+  ! `longest_u` [m].
+  real(dp), parameter :: travel = 1e-3_dp, least_travel = 0.05e-3_dp, longest_u = 1e-3_dp
+  ! Where h has a kink its spline is above it, by `rounding` at most, so that the contact closes too early by that; but no cell is
+  ! shorter than `shortest_u` [m].
+  real(dp), parameter :: rounding = 3e-6_dp, shortest_u = 0.01e-3_dp
   ! The path of the contact is followed in steps over the shifts from which a flange is reached [m].
   real(dp), parameter :: step = 0.5e-3_dp, reach = 20e-3_dp
   real(dp), parameter :: outer_u = 0.4e-3_dp      ! beyond [m]
@@ -36,12 +38,12 @@ module table_layout
   ! the rounding of the profiles' points.
   integer, parameter :: points_q = 20
   real(dp), parameter :: first_q = 0.047_dp, grading = 1.25_dp
-  ! The influence of zones on each other hardly depends on the load: its points of u are those of h that are
-  ! so far apart [m]; its cells of the roll angle [rad]; points of the penetration, of the largest.
+  ! The influence of zones on each other hardly depends on the load. Its points of u are those of h that are `least_pair_u` apart
+  ! [m]; its cells of the roll angle [rad] and its points of the penetration, relative to the largest, are these.
   real(dp), parameter :: least_pair_u = 0.3e-3_dp, pair_roll = 10e-3_dp
   real(dp), parameter :: pair_depths(*) = [0.0_dp, 0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp, 0.24_dp, 0.34_dp, 0.45_dp, 0.6_dp, &
     0.8_dp, 1.0_dp]
-  ! Of cells for an accuracy of 2e-3; the error of a spline goes with the fourth power of its cells.
+  ! These cells are for this accuracy; the error of a spline goes with the fourth power of its cells.
   real(dp), parameter :: usual_accuracy = 2e-3_dp
 
 contains
@@ -116,7 +118,7 @@ contains
     real(dp), intent(in) :: fineness       !! factor on the length of cells
     real(dp), allocatable :: u(:)
     integer, parameter :: n = nint(reach/step), wide = nint(widening/step)
-    real(dp) :: station(-n:n), h(-n:n), cell(-n:n), across(2), centre(2), shift, move, roll, x, bend
+    real(dp) :: station(-n:n), h(-n:n), bend(-n:n), cell(-n:n), across(2), centre(2), shift, move, roll, x
     type(scan_type) :: scan
     logical :: ok(-n:n)
     integer :: i, j, k
@@ -134,15 +136,15 @@ contains
         if (ok(i)) shift = shift + move
         h(i) = shift
       end do
+      bend = 0
+      do i = -n + 1, n - 2
+        if (all(ok(i - 1:i + 2))) bend(i) = abs(h(i + 2) - h(i + 1) - h(i) + h(i - 1))/step
+      end do
       do i = -n, n - 1
         if (.not. (ok(i) .and. ok(i + 1))) cycle
         x = max(least_travel, travel*step/max(abs(station(i + 1) - station(i)), tiny(x)))
         ! A cell of h, which is `stride` times as long, rounds a kink by an eighth of its length times the change of slope.
-        bend = 0
-        if (i > -n .and. i < n - 1) then
-          if (ok(i - 1) .and. ok(i + 2)) bend = abs(h(i + 2) - h(i + 1) - h(i) + h(i - 1))/step
-        end if
-        x = max(shortest_u, min(x, 8*rounding/(stride*max(bend, tiny(bend)))))
+        x = max(shortest_u, min(x, 8*rounding/(stride*max(bend(i), tiny(x)))))
         do k = max(-n, i - wide), min(n, i + 1 + wide)
           cell(k) = min(cell(k), x)
         end do

@@ -208,9 +208,9 @@ def test_potential_is_c2(pair: str, table: ContactTable):
 
 
 @pytest.mark.parametrize("stage", ["running", "overturning"])
-def test_forces_where_runs_come_are_those_of_direct_evaluation(stage: str, pair: str, strips: ContactTable, shipped: dict[str, Run]):
-    """In poses of the ten runs, and of overturning beyond 40 mrad in exercise 5, from which no run comes back. `make validate` tells
-    the half-spaces' error."""
+def test_forces_where_runs_come(stage: str, pair: str, strips: ContactTable, shipped: dict[str, Run]):
+    """They are those of direct evaluation in poses of the ten runs, and of overturning beyond 40 mrad in exercise 5, from which no
+    run comes back. `make validate` tells the half-spaces' error."""
     rng, chosen = np.random.default_rng(5), []
     for exercise in range(1, 6) if stage == "running" else [5]:
         run = shipped[f"ex{exercise}_{pair}"]

@@ -108,8 +108,9 @@ SHAPES = {"hollow": ("strip", 1e-2, lambda wheel: shapes.hollow_beside_throat(sh
 @pytest.mark.parametrize("worn", [
     *(pytest.param(name, marks=pytest.mark.slow) for name in ("hollow", "wide")), "straight faces"])
 def test_table_holds_for_worn_wheels(worn: str, tmp_path: Path):
-    """A wheelset that goes over has an rms error of its forces within what a run with `&table accuracy` 2e-3 may have without a warning,
-    though it is asked for less. That on a straight flange, where h has kinks over the roll angle, is larger, and is told."""
+    """A wheelset that goes over has an rms error of its forces within what a run with `&table accuracy` 2e-3 may have without a
+    warning, though it is asked for less. That on a straight flange, where h has kinks over the roll angle, is larger, and
+    is told."""
     model, accuracy, wheel, rail = SHAPES[worn]
     (tmp_path / "wheel").write_text(shapes.rows(wheel(shipped_points("awprof"))))
     (tmp_path / "rail").write_text(shapes.rows(rail(shipped_points("arprof"))))

@@ -166,7 +166,8 @@ REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
 
 @pytest.mark.parametrize(("change", "place", "expected", "found"), [
     ({"dt": float("nan")}, "integrator dt", REAL, "NaN"), ({"dt": "fast"}, "integrator dt", REAL, "'fast'"),
-    ({"dt": True}, "integrator dt", REAL, "True"), ({"max_halvings": 9.5}, "integrator max_halvings", "a whole number from 0 to 30", "9.5"),
+    ({"dt": True}, "integrator dt", REAL, "True"),
+    ({"max_halvings": 9.5}, "integrator max_halvings", "a whole number from 0 to 30", "9.5"),
     ({"model": "rigid"}, "contact model", "one of halfspace strip hertz", "'rigid'"), ({"title": 3}, "case title", TEXT, "3"),
     ({"title": 129*"ä"}, "case title", TEXT, f"'{129*'ä'}'"), ({"title": "two\nlines"}, "case title", TEXT, "'two?lines'"),
     ({"interval": 1e-5}, "output interval", "at least the step", ""),

@@ -203,8 +203,8 @@ def stated_errors() -> tuple[list[Check], Table]:
                     checks.append(limit(f"{name}, {model}: rms error of the force in poses of runs [of max(|F|, 5 kN)]",
                                         worst, "direct evaluation", BARS[name, model]))
     head = ["profiles", "model", *(cell for place in PLACES for cell in (f"{place}: rms", "largest"))]
-    return checks, Table("Errors that runs state: force of a wheel against direct evaluation, of max(|F|, 5 kN); 2e-3 asked for", head,
-                         rows)
+    return checks, Table("Errors that runs state: force of a wheel against direct evaluation, of max(|F|, 5 kN); 2e-3 asked for",
+                         head, rows)
 
 
 EXERCISES = 1, 2, 3, 4

@@ -158,8 +158,8 @@ class ContactTable:
         if self.case.formulation != "elastic" or wheel == "both":
             raise BadValue(f"expected elastic contacts and wheel='left' or 'right', found {self.case.formulation!r}, {wheel!r}")
         arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (y, z, roll)))
-        poses = [np.ascontiguousarray(x).ravel() for x in arrays]
-        errors, forces = flat.force_errors(self._handle, _number(wheel), *poses)
+        y, z, roll = (np.ascontiguousarray(x).ravel() for x in arrays)
+        errors, forces = flat.force_errors(self._handle, _number(wheel), y, z, roll)
         return errors.reshape(arrays[0].shape), forces.reshape(arrays[0].shape)
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",

@@ -56,9 +56,8 @@ module handles
 
 contains
 
-  subroutine report(this, stage, share)
+  subroutine report(this, share)
     class(shared_monitor), intent(inout) :: this
-    character(*), intent(in) :: stage
     real(dp), intent(in) :: share
     real(dp), pointer, volatile :: progress(:)
     integer, pointer, volatile :: stop_asked(:)
