@@ -85,14 +85,6 @@ def test_measured_results_of_the_runs_are_those_of_the_program(shipped, measured
     assert ranges >= 2 and {f"F_derailment.{pair}.median [kN]" for pair in ("aw", "sw")} <= known.keys()
 
 
-def test_measured_results_of_the_validation_are_of_the_same_contact_tables(measured):
-    """The contact law has not changed between `make report` and `make validate`. The validation prints two digits."""
-    shared = measured["report"].keys() & measured["validate"].keys()
-    assert len(shared) == 16        # rms and largest errors of two tables in four places
-    for name in shared:
-        assert measured["report"][name] == pytest.approx(measured["validate"][name], rel=0.06), name
-
-
 # A number with a unit, or with a power of ten.
 UNIT = re.compile(r"""(?<![\w.,/:^-])\d[\d.,]*(?:
     (?:e-?\d+)?[ \u00a0-]?(?:
