@@ -198,7 +198,7 @@ def of_unknown_profiles(rows: Iterable[dict[str, str]]) -> Values:
 def of_variants() -> Values:
     """Results with other laws and accuracies, and the size of a page."""
     values: Values = {}
-    second = Case.exercise(2, "aw").replace(table_file="")
+    second = Case.exercise(2, "aw").replace(table_folder="")
     for model in "halfspace", "strip", "hertz":
         row = summary_row(ldbench.run(second.replace(model=model)))
         values[f"t_return.ex2_aw.{model} [ms]"] = 1e3*row["t_return"]
@@ -220,16 +220,16 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, list[float]]:
     """First peaks of the left flange force [N] with tables of several accuracies."""
     peaks: dict[int, list[float]] = {exercise: [] for exercise in exercises}
     for accuracy in ACCURACIES:
-        table = ContactTable(Case.exercise(1, "aw").replace(table_file="", accuracy=accuracy))
+        table = ContactTable(Case.exercise(1, "aw").replace(table_folder="", accuracy=accuracy))
         for exercise, found in peaks.items():
-            case = Case.exercise(exercise, "aw").replace(table_file="", accuracy=accuracy)
+            case = Case.exercise(exercise, "aw").replace(table_folder="", accuracy=accuracy)
             found.append(first_contact(case, table.for_case(case)).peak)
     return peaks
 
 
 def of_causes(exercises: Iterable[int]) -> Values:
     """How causes of differences between codes change the first contact of the left flange (aw)."""
-    shipped = {exercise: Case.exercise(exercise, "aw").replace(table_file="") for exercise in exercises}
+    shipped = {exercise: Case.exercise(exercise, "aw").replace(table_folder="") for exercise in exercises}
     table = ContactTable(shipped[1].replace(table_file=str(OUTPUTS/"aw_halfspace.table")))
     first = {exercise: first_contact(case, table.for_case(case)) for exercise, case in shipped.items()}
     values: Values = {}
@@ -252,12 +252,12 @@ def first_contact(case: Case, table: ContactTable) -> ContactInterval:
 
 def of_times() -> Values:
     """Processor times [s] of what exercise 5 solves for its table, and of the ten runs with all that solved, without files."""
-    tables = {pair: ContactTable(Case.exercise(1, pair).replace(table_file="")) for pair in PAIRS}
+    tables = {pair: ContactTable(Case.exercise(1, pair).replace(table_folder="")) for pair in PAIRS}
     seconds = 0.0
     for case in CASES:
-        own = Case.exercise(int(case[2]), case[-2:]).replace(table_file="")
+        own = Case.exercise(int(case[2]), case[-2:]).replace(table_folder="")
         seconds += ldbench.run(own, table=tables[case[-2:]].for_case(own)).seconds
-    nothing = Case.exercise(5, "aw").replace(table_file="")
+    nothing = Case.exercise(5, "aw").replace(table_folder="")
     once, again = ldbench.run(nothing), ldbench.run(nothing, table=tables["aw"].for_case(nothing))
     return {"time.table [s]": once.seconds - again.seconds, "time.runs [s]": seconds}
 

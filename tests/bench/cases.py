@@ -72,7 +72,7 @@ def table_measures(out: Section, folder: Path) -> None:
     kinds = [(model, threads) for model in MODELS for threads in THREADS]
     for pair in PAIRS:
         case = absolute(Case.exercise(1, pair)).replace(
-            table_file="", dt=1e-4, interval=1e-4, t_end=1e-4, stop_at="t_end", output_file=folder/"columns.txt")
+            table_folder="", dt=1e-4, interval=1e-4, t_end=1e-4, stop_at="t_end", output_file=folder/"columns.txt")
         found = np.array([[built(case.replace(contact_model=model), threads, folder) for model, threads in kinds]
                           for _ in range(ROUNDS)])
         for (model, threads), seconds in zip(kinds, found.transpose(1, 2, 0), strict=True):

@@ -93,7 +93,7 @@ def test_clearance(pair: str, table: ContactTable):
 
 def test_geometry_functions(pair: str):
     """Roll and height of the rigid wheelset are those of the exact pendulum, cone on round heads."""
-    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_file="")).geometry()
+    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_folder="")).geometry()
     rail = Pendulum.of(pair)
     on_tread = np.abs(g["Y"]) < 0.95*CLEARANCES[pair]
     g = {name: column.to_numpy()[on_tread] for name, column in g.items()}

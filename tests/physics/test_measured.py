@@ -25,7 +25,7 @@ def case_of(folder: Path, wheel: str | np.ndarray, rail: str | np.ndarray, wheel
         (folder / kind).write_text(text if isinstance(text, str) else shapes.rows(text))
         ldbench.Profile(folder / kind, kind, wheel_back=wheel_back if kind == "wheel" else None).write(folder / f"{kind}.yz")
     return ldbench.Case.exercise(2).replace(**{
-        "wheel_profile": str(folder / "wheel.yz"), "rail_profile": str(folder / "rail.yz"), "table_file": "", "model": "strip",
+        "wheel_profile": str(folder / "wheel.yz"), "rail_profile": str(folder / "rail.yz"), "table_folder": "", "model": "strip",
         "stop_at": "t_end", "rows": "interval"} | changes)
 
 
@@ -115,7 +115,7 @@ def test_table_holds_for_worn_wheels(worn: str, tmp_path: Path):
     (tmp_path / "wheel").write_text(shapes.rows(wheel(shipped_points("awprof"))))
     (tmp_path / "rail").write_text(shapes.rows(rail(shipped_points("arprof"))))
     run = ldbench.run(ldbench.Case.exercise(5).replace(
-        wheel_profile=str(tmp_path / "wheel"), rail_profile=str(tmp_path / "rail"), table_file="", model=model, accuracy=accuracy,
+        wheel_profile=str(tmp_path / "wheel"), rail_profile=str(tmp_path / "rail"), table_folder="", model=model, accuracy=accuracy,
         lateral_ramp=5e4, order=4, beta=0.0))
     error = run.header.table_errors
     assert error["going over"][0] <= 2e-2

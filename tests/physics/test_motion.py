@@ -16,7 +16,7 @@ from running import PAIRS, Run
 
 # A small, quickly built table for motions near the centre.
 NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "table_roll": 0.01, "depth": 1e-3,
-        "table_file": ""}
+        "table_folder": ""}
 INTEGRATORS = {"implicit": {"beta": 0.25, "order": 2}, "explicit": {"beta": 0.0, "order": 2}, "fourth": {"beta": 0.0, "order": 4},
                "sixth": {"beta": 0.0, "order": 6}}
 AT_REST = {"vY": 0.0, "roll_rate": 0.0}

@@ -39,7 +39,7 @@ def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
 
 
 def two_sided(formulation: str = "elastic", left: dict[str, str] = LEFT, right: dict[str, str] = RIGHT, **changes) -> Case:
-    return Case.exercise(2).replace(table_file="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
+    return Case.exercise(2).replace(table_folder="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
                                     **profiles(left, right)).replace(**changes)
 
 

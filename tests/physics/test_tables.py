@@ -54,7 +54,7 @@ def drawn(pair: str, n: int) -> np.ndarray:
 @pytest.mark.parametrize("pair", ["aw", pytest.param("sw", marks=pytest.mark.slow)])
 def test_errors_in_poses_that_no_run_chose(pair: str, model: str):
     """The force is the central difference of the energy of direct solutions, in poses that a wheelset on both rails can have."""
-    table = ContactTable(Case.exercise(2, pair).replace(model=model, table_file=""))
+    table = ContactTable(Case.exercise(2, pair).replace(model=model, table_folder=""))
     poses = drawn(pair, 4000)
     force = np.linalg.norm(table.forces_by_contact(*poses.T, outside="nan")[..., :2], axis=2)
     poses = poses[(force.max(axis=1) < 1e6) & (np.abs(poses[:, 0]) < table.clearance + 2e-3)][:150]
@@ -66,7 +66,7 @@ def test_errors_in_poses_that_no_run_chose(pair: str, model: str):
 def test_merged_patches_have_the_force_of_the_whole_wheel():
     """Where a wheel that is dropped on tread and flange carries up to 2.5 MN, its table is right, and its force does not exceed the
     sum of the loads of the pressed patches."""
-    table = ContactTable(Case.exercise(2, "aw").replace(table_file=""))
+    table = ContactTable(Case.exercise(2, "aw").replace(table_folder=""))
     rng = np.random.default_rng(3)
     y, drop, roll = rng.uniform([9.8e-3, 0.2e-3, -1e-3], [10.8e-3, 0.9e-3, 1e-3], (60, 3)).T
     z = table.equilibrium - drop
@@ -112,7 +112,7 @@ def test_less_accuracy_than_was_asked_for_is_told(tmp_path: Path):
 def test_more_accuracy_is_more_points_and_less_error():
     error, size = [], []
     for accuracy in 3e-2, 1e-4:
-        run = ldbench.run(Case.exercise(2).replace(model="strip", table_file="", t_end=0.03, stop_at="t_end", accuracy=accuracy))
+        run = ldbench.run(Case.exercise(2).replace(model="strip", table_folder="", t_end=0.03, stop_at="t_end", accuracy=accuracy))
         points = re.findall(r"(\d+) x (\d+) x (\d+)", run.text)        # of every zone: across, over roll, over root of the depth
         size.append(sum(int(a)*int(b)*int(c) for a, b, c in points))
         error.append(max(rms for rms, _ in run.header.table_errors.values()))
@@ -130,17 +130,17 @@ def test_results_do_not_depend_on_what_a_table_has_solved(tmp_path: Path):
     """From nothing, from a file, after another case on the same table, and in threads that grow it at once."""
     case = Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", table_file=tmp_path/"aw.table")
     other = Case.exercise(3, "aw").replace(t_end=0.03, stop_at="t_end", table_file=tmp_path/"aw.table", vY=0.9)
-    alone = columns_of(case.replace(table_file=""), tmp_path)
-    table = ContactTable(other.replace(table_file=""))
-    ldbench.run(other.replace(table_file=""), table=table)
+    alone = columns_of(case.replace(table_folder=""), tmp_path)
+    table = ContactTable(other.replace(table_folder=""))
+    ldbench.run(other.replace(table_folder=""), table=table)
     before, _, _ = table.solutions
-    after = ldbench.run(case.replace(table_file=""), table=table)
+    after = ldbench.run(case.replace(table_folder=""), table=table)
     assert table.solutions[0] > before > 0
     assert Path(after.write(tmp_path/"after.txt")).read_bytes() == alone
-    shared, found = ContactTable(case.replace(table_file="")), {}
+    shared, found = ContactTable(case.replace(table_folder="")), {}
 
     def work(k: int) -> None:
-        run = ldbench.run((case, other)[k % 2].replace(table_file=""), table=shared)
+        run = ldbench.run((case, other)[k % 2].replace(table_folder=""), table=shared)
         found[k] = Path(run.write(tmp_path/f"{k}.txt")).read_bytes()
 
     threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]

@@ -142,7 +142,7 @@ COMMANDS: list[tuple[str, int, str]] = [
 @pytest.fixture(scope="module")
 def things(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("things")
-    case = Case.exercise(3, "aw").replace(model="hertz", table_file="", t_end=2e-3,
+    case = Case.exercise(3, "aw").replace(model="hertz", table_folder="", t_end=2e-3,
                                           output_file="columns.txt", wheel_profile=REPO/"profiles/awprof.yz",
                                           rail_profile=REPO/"profiles/arprof.yz")
     for name in "case", "other":

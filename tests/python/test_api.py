@@ -287,7 +287,7 @@ def test_progress_of_a_run_grows_until_an_exception_stops_it(tmp_path):
             raise Enough
 
     with pytest.raises(Enough):
-        ldbench.run(endless(tmp_path, table_file=""), progress=stop_at_the_third)
+        ldbench.run(endless(tmp_path, table_folder=""), progress=stop_at_the_third)
     shares = [share for stage, share in told if stage == "integration"]
     assert shares == sorted(shares) and 0 <= shares[0] < shares[-1] <= 1
     assert {stage for stage, _ in told} == {"integration"}

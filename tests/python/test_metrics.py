@@ -29,7 +29,7 @@ from stranger_files import KINETIC, MM_KN, ROLL, Row, both, of, swap, times
 from yardsticks import measured_yardstick, rounded
 
 TASK = Task(2, "aw")
-HERTZ = {"model": "hertz", "table_file": ""}
+HERTZ = {"model": "hertz", "table_folder": ""}
 
 
 @pytest.fixture(scope="module")

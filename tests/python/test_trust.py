@@ -140,7 +140,7 @@ def test_rigid_contacts():
 
 
 def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
-    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_file="")
+    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_folder="")
     listed, notes = variations(case, True, tmp_path)
     cases = {one.name: one.case for one in listed}
     assert {name: one.influence for name, one in cases.items() if name.startswith("influence")} == {

@@ -107,7 +107,7 @@ class Child:
                                        text=True, cwd=folder)
         self._load(folder/"nothing")
         self.ours = []
-        for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_file": ""}):
+        for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_folder": ""}):
             run = ldbench.run(ldbench.Case.from_namelist(case).replace(interval=1e-4, rows="interval", **changes))
             self.ours.append(Path(run.write(folder/name)).read_bytes())
         self.table = (folder/"pair.table").read_bytes()
@@ -151,7 +151,7 @@ class Child:
         assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
         if rng.random() < 0.1:
             case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, rows="interval", stop_at="t_end",
-                                table_file="", wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
+                                table_folder="", wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
             run = self.ldbench.run(case)
             run.write(self.folder/"columns.txt")
             moved = self.ldbench.read_columns(self.folder/"columns.txt")
@@ -178,7 +178,7 @@ class Child:
         kind = rng.choice(list(self.plain))
         files = {f"{one}_profile": str(self.folder/one) for one in self.plain}
         files[f"{kind}_profile"] = str(self.mutant(mutate(self.plain[kind], rng)))
-        rigid_geometry(self.ldbench.Case.from_namelist("&case /").replace(table_file="", **files))
+        rigid_geometry(self.ldbench.Case.from_namelist("&case /").replace(table_folder="", **files))
 
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))

@@ -19,7 +19,7 @@ TAPER = np.arctan(1/40)                                      # of the tread [rad
 E_STAR = 2.1e11/(2*(1 - 0.28**2))                            # of the steel [Pa]
 # S1002 on 60E1.
 MODERN = {"wheel_profile": str(REPO/"profiles/s1002.yz"), "rail_profile": str(REPO/"profiles/60e1.yz"), "gauge": 1.435,
-          "back_to_back": 1.36, "table_file": ""}
+          "back_to_back": 1.36, "table_folder": ""}
 MIRROR = np.array([-1.0, 1.0, -1.0])     # (y, z, roll) of the mirrored wheelset
 
 

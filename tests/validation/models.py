@@ -166,7 +166,7 @@ def pairs(folder: Path) -> Iterator[tuple[str, Case]]:
         Profile(points, "wheel", wheel_back=0.0, smoothing=0.0).write(files[0])
         Profile(rail, "rail", smoothing=0.0).write(files[1])
         yield f"{name}, actual rail", Case.exercise(1, "aw").replace(
-            wheel_profile=str(files[0]), rail_profile=str(files[1]), table_file="")
+            wheel_profile=str(files[0]), rail_profile=str(files[1]), table_folder="")
 
 
 JUDGED = 2, 4, 5            # exercises in whose runs forces are judged: flange contacts, thrown up, overturned
@@ -195,7 +195,7 @@ def stated_errors() -> tuple[list[Check], Table]:
     with tempfile.TemporaryDirectory() as folder:
         for name, case in pairs(Path(folder)):
             for model in STATED:
-                errors = errors_of(case.replace(contact_model=model, table_file=""))
+                errors = errors_of(case.replace(contact_model=model, table_folder=""))
                 rows.append([name, model, *(cell for place in PLACES for cell in (
                     (f"{errors[place][0]:.1e}", f"{errors[place][1]:.1e}") if place in errors else ("", "")))])
                 if (name, model) in BARS:
