@@ -62,10 +62,9 @@ def of_report() -> Values:
     def megabytes(files: Iterable[Path]) -> float:
         return sum(file.stat().st_size for file in files)/1e6
 
-    tables = [OUTPUTS/f"{pair}_halfspace.table" for pair in PAIRS]
     products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
     values["size.report [MB]"] = megabytes([
-        *(OUTPUTS/f"{case}.txt" for case in CASES), *tables, *(OUTPUTS/name for name in products),
+        *(OUTPUTS/f"{case}.txt" for case in CASES), *(OUTPUTS/"tables").iterdir(), *(OUTPUTS/name for name in products),
         *(file for file in formulations.kept_file(OUTPUTS).parent.iterdir() if file.suffix != ".stamp")])
     values["size.ex5 [MB]"] = megabytes(OUTPUTS.glob("ex5_?w.txt"))
     values["size.ex5_aw [MB]"] = megabytes([OUTPUTS/"ex5_aw.txt"])
@@ -230,7 +229,7 @@ def of_accuracies(exercises: Iterable[int]) -> dict[int, list[float]]:
 def of_causes(exercises: Iterable[int]) -> Values:
     """How causes of differences between codes change the first contact of the left flange (aw)."""
     shipped = {exercise: Case.exercise(exercise, "aw").replace(table_folder="") for exercise in exercises}
-    table = ContactTable(shipped[1].replace(table_file=str(OUTPUTS/"aw_halfspace.table")))
+    table = ContactTable(shipped[1].replace(table_folder=str(OUTPUTS/"tables")))
     first = {exercise: first_contact(case, table.for_case(case)) for exercise, case in shipped.items()}
     values: Values = {}
     for name, (_, changes) in CAUSES.items():

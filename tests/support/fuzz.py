@@ -102,7 +102,7 @@ class Child:
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
         (folder/"other.csv").write_bytes(self.columns[1])
         case = folder/"case.nml"
-        case.write_text(short_case(folder, contact={"model": "strip"}, table={"file": folder/"pair.table"}))
+        case.write_text(short_case(folder, contact={"model": "strip"}, table={"folder": folder}))
         self.tables = subprocess.Popen([FORTRAN_TESTS/"load_tables", case], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                        text=True, cwd=folder)
         self._load(folder/"nothing")
@@ -110,7 +110,8 @@ class Child:
         for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_folder": ""}):
             run = ldbench.run(ldbench.Case.from_namelist(case).replace(interval=1e-4, rows="interval", **changes))
             self.ours.append(Path(run.write(folder/name)).read_bytes())
-        self.table = (folder/"pair.table").read_bytes()
+        table, = folder.glob("*.table")
+        self.table = table.read_bytes()
         self.known = self._listing()
 
     def _listing(self) -> set[str]:

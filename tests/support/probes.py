@@ -3,7 +3,6 @@ import re
 import subprocess
 from dataclasses import dataclass
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 from scipy.optimize import newton
@@ -46,11 +45,6 @@ class States:
         self.hessian = table.tangent(*poses.T, **place)                 # (pose, coordinate, coordinate) of the sum of the energies
         self.total = self.gradient.sum(axis=1)                          # gradient of that sum
         self.force = np.hypot(self.gradient[..., 0], self.gradient[..., 1])     # size of each contact's force, (pose, contact) [N]
-
-
-def table_file(shipped: dict[str, Run], pair: str) -> Path:
-    """The contact table that the shipped inputs of a pair have built."""
-    return shipped[f"ex1_{pair}"].file.parent / f"{pair}_halfspace.table"
 
 
 def rest_height(run: Run) -> float:

@@ -257,10 +257,6 @@ def first_contact(t: np.ndarray, force: np.ndarray, name: str) -> Contact:
     return Contact(t[max(begin - 1, 0):end + 1], force[max(begin - 1, 0):end + 1])
 
 
-def kept_table(pair: str, influence: str) -> str:
-    return f"outputs/{pair}_halfspace.table" if influence == "local" else f"outputs/{pair}_halfspace_{influence}.table"
-
-
 def tabulated(case: Case, name: str) -> tuple[ldbench.Run, Contact]:
     """A run of a case with the table, and its first flange contact."""
     run = ldbench.run(case.replace(dt=STEP, interval=STEP))
@@ -269,7 +265,7 @@ def tabulated(case: Case, name: str) -> tuple[ldbench.Run, Contact]:
 
 def shipped(exercise: int, pair: str, influence: str) -> Case:
     """The case of an exercise with a model of influence."""
-    return Case.exercise(exercise, pair).replace(influence=influence, table_file=kept_table(pair, influence))
+    return Case.exercise(exercise, pair).replace(influence=influence)
 
 
 def direct(case: Case, begin: float, t_end: float) -> Contact:
@@ -353,8 +349,7 @@ def law_deviations() -> tuple[list[Check], Table]:
     checks: list[Check] = []
     lines = []
     for pair in PAIRS:
-        tables = {model: ContactTable(Case.exercise(1, pair).replace(
-            contact_model=model, table_file=f"outputs/{pair}_{model}.table")) for model in MODELS}
+        tables = {model: ContactTable(Case.exercise(1, pair).replace(contact_model=model)) for model in MODELS}
         rows = poses_of(pair, tables, rng)
         exact = pressed(pair, rows)
         for model, table in tables.items():

@@ -117,7 +117,7 @@ def variants(pair: str, folder: Path) -> list[Variant]:
         ("throat radii +10 %", "throat", lambda: write_profiles(folder, pair, throat=1.1), None),
         ("smoothing 0.02 mm", "smoothing", lambda: smoothed(folder, pair), None),
         ("unloaded start", "Z = 0", dict, lambda case, table: {"Z": table.rigid_height - table.equilibrium}),
-        *((f"model {m}", "model", lambda m=m: {"contact_model": m, "table_file": f"outputs/{pair}_{m}.table"}, None)
+        *((f"model {m}", "model", lambda m=m: {"contact_model": m}, None)
           for m in MODELS[1:]),
         ("finer step", "numerics", dict, lambda case, table: {n: getattr(refined(case, 0.5), n) for n in SETTING}),
         ("Newmark, order 2", "numerics", dict, lambda case, table: {

@@ -98,8 +98,8 @@ class Case(Variables):
         case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the defaults of a namelist
 
     Variables are attributes, by their namelist names in any case of letters: `case.dt`, `case.vY`. Where two
-    groups share a name, and anywhere else if you like, the group goes before it: `case.output_file`,
-    `case.table_folder`, `case.table_roll`. Values are in SI units, angles in rad; `case.describe()` lists them.
+    groups share a name, for files and folders, and anywhere else if you like, the group goes before it:
+    `case.table_roll`, `case.output_file`, `case.table_folder`. Values are in SI units, angles in rad; `case.describe()` lists them.
 
     Profiles with relative names are looked for in the working directory, as the executable does, then beside
     the namelist file and in the folder above it, then among the shipped ones. What is written, columns and contact
@@ -331,9 +331,10 @@ def together(values: Changes | None, changes: Mapping[str, object]) -> Changes:
 
 
 def shortest_name(k: int) -> str:
-    """The name of the k-th variable; with its group where the name alone is ambiguous."""
+    """The name of the k-th variable; with its group where the name alone is ambiguous or does not tell what is in the file."""
     variable = variables()[k]
-    return variable.name if len(_indices()[variable.name.lower()]) == 1 else f"{variable.group}_{variable.name}"
+    alone = len(_indices()[variable.name.lower()]) == 1 and variable.name not in ("file", "folder")
+    return variable.name if alone else f"{variable.group}_{variable.name}"
 
 
 def _property(k: int, variable: Variable) -> property:

@@ -74,7 +74,6 @@ class Variables:
     contact_flange_angle: Final[float]
     stiffness_scale: Final[float]
     contact_stiffness_scale: Final[float]
-    folder: Final[str]
     table_folder: Final[str]
     lateral: Final[float]
     table_lateral: Final[float]
@@ -107,7 +106,6 @@ class Variables:
     integrator_max_iterations: Final[int]
     max_halvings: Final[int]
     integrator_max_halvings: Final[int]
-    file: Final[str]
     output_file: Final[str]
     interval: Final[float]
     output_interval: Final[float]
@@ -190,7 +188,6 @@ class Values(TypedDict, total=False):
     contact_flange_angle: float
     stiffness_scale: float
     contact_stiffness_scale: float
-    folder: str | PathLike[str]
     table_folder: str | PathLike[str]
     lateral: float
     table_lateral: float
@@ -223,7 +220,6 @@ class Values(TypedDict, total=False):
     integrator_max_iterations: int
     max_halvings: int
     integrator_max_halvings: int
-    file: str | PathLike[str]
     output_file: str | PathLike[str]
     interval: float
     output_interval: float

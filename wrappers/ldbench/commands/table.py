@@ -1,5 +1,5 @@
-"""Solve what the contact table needs for the run of a case and keep it in the case's table folder; print what the table says of the rigid
-and the resting wheelset.
+"""Solve what the contact table needs for the run of a case and keep it in the case's table folder; print what the table says of the
+rigid and the resting wheelset.
 
 examples:
   python -m ldbench table inputs/ex1_aw.nml

@@ -1,8 +1,8 @@
 """Where the members of an ensemble run: in this process, or on the workers of a Dask cluster.
 
 A contact table is made by one worker of a cluster and reaches the others as the bytes of its files, together with the profiles, so
-that workers need no common files. The scheduler gives the work of a worker that dies to others. Members and records travel as one string of bytes
-per task: the scheduler would unpickle them, which costs it more than the task.
+that workers need no common files. The scheduler gives the work of a worker that dies to others. Members and records travel as one
+string of bytes per task: the scheduler would unpickle them, which costs it more than the task.
 """
 from __future__ import annotations
 
@@ -123,8 +123,8 @@ def check_security(scheduler: str, security: distributed.Security) -> None:
 
 
 class Files(NamedTuple):
-    """A contact table on its way: a case, and the contents of its profiles, by the names of the variables, and of its table's files,
-    by their own."""
+    """A contact table on its way: a case, the contents of its profiles by the names of the variables, and those of the table's
+    files by the names of the files."""
 
     case: Case
     contents: tuple[tuple[str, bytes], ...]
