@@ -53,7 +53,7 @@ contains
     integer(int64) :: last(1)
     logical :: found
 
-    ! A copy, because other threads may read the table, and because what this run has found was there when it began.
+    ! A copy, because other threads may read the table, and because summaries tell what a run found when it began.
     allocate (both, source=table)
     call load_values(file, both, found)
     allocate (s%word(0))

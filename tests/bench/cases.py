@@ -16,7 +16,7 @@ MODELS = "strip", "halfspace"      # the first is what the other's tables are co
 ROUNDS = 3
 THREADS = 1, 2
 
-TEXT = """Every shipped input by the executable, as a child process, its contact table there in a file: wall and
+TEXT = """Every shipped input by the executable, as a child process, its contact table kept from an earlier run: wall and
 processor time from start to exit with all files written, and peak resident memory. Table: built by the
 executable for each model of normal contact, with one thread and with two, in a run that ends at once."""
 
@@ -66,7 +66,7 @@ def case_measures(out: Section, folder: Path) -> None:
 
 
 def table_measures(out: Section, folder: Path) -> None:
-    """A run of one step whose table is not in a file; threads and models take turns."""
+    """A run of one step whose table is not kept; threads and models take turns."""
     kinds = [(model, threads) for model in MODELS for threads in THREADS]
     for pair in PAIRS:
         case = absolute(Case.exercise(1, pair)).replace(
