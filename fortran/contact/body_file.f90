@@ -198,7 +198,7 @@ contains
         end do
         ok = ok .and. rest == ''
       end if
-      if (.not. ok) call complain(trim(''''//word//'''')//' and '//str(size(x))//' numbers')
+      if (.not. ok) call complain(adjustl(word//' '//str(size(x))//' numbers'))
       if (ok) next = next + 1
     end subroutine get
 

@@ -36,6 +36,10 @@ contains
       '''unilateral'' has impacts', str(c%restitution)//' with '''//trim(c%formulation)//'''')
     call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact', 'stiffness_scale', &
       '1, for contacts are rigid with formulation = '''//trim(c%formulation)//'''', str(c%stiffness_scale))
+    call demand(c%influence /= 'bodies' .or. c%bodies /= '', 'contact', 'bodies', &
+      'a file made by python -m ldbench bodies, with influence = ''bodies''', 'none')
+    call demand(c%influence /= 'bodies' .or. c%model == 'halfspace', 'contact', 'influence', &
+      'model = ''halfspace'' with influence = ''bodies''', ''''//trim(c%model)//'''')
     call demand(c%interval >= c%dt, 'output', 'interval', 'at least the step &integrator dt = '//str(c%dt)//' s', str(c%interval))
     call demand(c%interval/c%dt <= 1e9_dp, 'integrator', 'dt', 'at most 1e9 steps between rows', str(c%interval/c%dt))
     call demand(c%interval <= c%t_end, 'output', 'interval', 'at most &integrator t_end = '//str(c%t_end)//' s', str(c%interval))

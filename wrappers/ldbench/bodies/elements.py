@@ -89,6 +89,6 @@ def condensed(matrix: csc_matrix, n: int) -> np.ndarray:
     factors = splu(matrix.tocsc(), **SYMMETRIC, permc_spec="NATURAL")
     last = factors.perm_c[-n:]
     assert last.min() == matrix.shape[0] - n, "the factors have another order"
-    block = (factors.L[-n:, -n:] @ factors.U[-n:, -n:]).toarray()
+    block = factors.L[-n:, -n:].toarray() @ factors.U[-n:, -n:].toarray()
     last = last - last.min()
     return block[np.ix_(last, last)]
