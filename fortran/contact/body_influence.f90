@@ -34,6 +34,11 @@ module body_influence
     real(dp) :: weight(4)
   end type cubic_type
 
+  !> G between one place and strips, (x, strip) [1/m].
+  type :: row_type
+    real(dp), allocatable :: g(:, :)
+  end type row_type
+
 contains
 
   !> A body from the influence of loads that are waves along x.
@@ -102,10 +107,10 @@ contains
     real(dp), intent(in) :: foot(:, :)     !! stations of the rail that the rows of elements are pressed on, (ns, grid) [m]
     real(dp), intent(in) :: e_star         !! [Pa]
     real(dp), intent(inout) :: A(:, :)
-    type(cubic_type) :: near(nx, nx), far(nx, nx)
-    real(dp) :: v(nx, nx), station(ns, size(mesh), 2), x(nx, size(mesh)), away, half, of_x(n_x)
-    type(cubic_type) :: strip(ns, size(mesh), size(bodies))
-    integer :: b, g, h, i, j, k, l, row, column, last
+    real(dp) :: v(nx, nx), station(ns, size(mesh), 2), x(nx, size(mesh)), of_x(n_x), half, away(2)
+    type(cubic_type) :: strip(ns, size(mesh), size(bodies)), near(nx, nx), far(nx, nx)
+    type(row_type) :: row(size(bodies))
+    integer :: b, g, h, i, j, k, l, at, other, last
     logical :: has_rail
 
     has_rail = any(bodies%kind == of_rail)
@@ -114,7 +119,7 @@ contains
       station(:, g, of_wheel) = [(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds, j=1, ns)]
       station(:, g, of_rail) = foot(:, g)
       do b = 1, size(bodies)
-        strip(:, g, b) = cubic((station(:, g, bodies(b)%kind) - bodies(b)%first)/bodies(b)%width, size(bodies(b)%g, 2))
+        strip(:, g, b) = strip_of(bodies(b), station(:, g, bodies(b)%kind))
       end do
     end do
     do h = 1, size(mesh)
@@ -124,37 +129,59 @@ contains
           far(:, k) = cubic((x(:, g) + x(k, h))/step_x, n_x)
         end do
         last = maxval(far(nx, nx)%place)
-        do l = 1, ns
-          do j = 1, merge(l, ns, g == h)
-            v = 0
-            do b = 1, size(bodies)
-              call over_x(bodies(b), strip(j, g, b), strip(l, h, b), last, of_x)
+        do j = 1, ns
+          at = nx*(j - 1 + ns*(g - 1))
+          do b = 1, size(bodies)
+            call set_row(bodies(b), strip(j, g, b), strip(:, h, b), last, row(b))
+          end do
+          do l = merge(j, 1, g == h), ns
+            call sum_rows(row, strip(l, h, :), last, of_x)
+            if (g == h) then
+              v = between(near(:, 1), far(:, nx), of_x)
+            else
               do k = 1, nx
                 do i = 1, nx
-                  v(i, k) = v(i, k) + value(near(i, k), of_x) + value(far(i, k), of_x)
+                  v(i, k) = value(near(i, k), of_x) + value(far(i, k), of_x)
                 end do
               end do
-            end do
+            end if
             if (has_rail .and. (g /= h .or. j /= l)) then
-              away = abs(station(j, g, of_wheel) - station(l, h, of_wheel))
               half = cos(angle(j, g) - angle(l, h))/(2*pi)
-              associate (on_rail => abs(foot(j, g) - foot(l, h)))
-                do k = 1, nx
-                  v(:, k) = v(:, k) + half*(further(x(:, g) - x(k, h), away, on_rail) + further(x(:, g) + x(k, h), away, on_rail))
-                end do
-              end associate
+              away = abs(station(j, g, :) - station(l, h, :))
+              do k = 1, nx
+                v(:, k) = v(:, k) + half*(further(x(:, g) - x(k, h), away(1), away(2)) &
+                  + further(x(:, g) + x(k, h), away(1), away(2)))
+              end do
             end if
             v = v/e_star
-            row = nx*(j - 1 + ns*(g - 1))
-            column = nx*(l - 1 + ns*(h - 1))
-            A(row + 1:row + nx, column + 1:column + nx) = A(row + 1:row + nx, column + 1:column + nx) + v
-            if (row /= column) A(column + 1:column + nx, row + 1:row + nx) = &
-              A(column + 1:column + nx, row + 1:row + nx) + transpose(v)
+            other = nx*(l - 1 + ns*(h - 1))
+            A(at + 1:at + nx, other + 1:other + nx) = A(at + 1:at + nx, other + 1:other + nx) + v
+            if (at /= other) A(other + 1:other + nx, at + 1:at + nx) = A(other + 1:other + nx, at + 1:at + nx) + transpose(v)
           end do
         end do
       end do
     end do
   end subroutine add_bodies
+
+  !> G between the elements of two rows of one grid and their mirror images. Few distances occur: those from the first element, and
+  !> from the mirror image of the last one.
+  pure function between(first, last, of_x) result(v)
+    type(cubic_type), intent(in) :: first(:), last(:)
+    real(dp), intent(in) :: of_x(:)
+    real(dp) :: v(size(first), size(first)), of_distance(0:2*size(first) - 1)
+    integer :: i, k, n
+
+    n = size(first)
+    do i = 1, n
+      of_distance(i - 1) = value(first(i), of_x)
+      of_distance(n + i - 1) = value(last(i), of_x)
+    end do
+    do k = 1, n
+      do i = 1, n
+        v(i, k) = of_distance(abs(i - k)) + of_distance(i + k - 1)
+      end do
+    end do
+  end function between
 
   !> What bodies add to the displacement at x = 0 and a station of the wheel by the loads of both halves of grids [m].
   pure real(dp) function displacement_of_bodies(bodies, mesh, angle, foot, e_star, f, s, angle_s, foot_s) result(u)
@@ -165,33 +192,74 @@ contains
     real(dp), intent(in) :: f(:, :, :)         !! loads (nx, ns, grid) [N]
     real(dp), intent(in) :: s, angle_s         !! station [m] and the tangent's angle there [rad]
     real(dp), intent(in) :: foot_s             !! station of the rail below it [m]
-    real(dp) :: here(2), there(2), x(size(f, 1)), of_x(n_x), one(size(f, 1))
-    type(cubic_type) :: along(size(f, 1))
-    integer :: b, g, i, j
+    real(dp) :: here(2), there(size(f, 2), 2), x(size(f, 1)), of_x(n_x), one(size(f, 1))
+    type(cubic_type) :: along(size(f, 1)), strip(size(f, 2), size(bodies))
+    type(row_type) :: row(size(bodies))
+    integer :: b, g, i, j, last
 
     u = 0
     here = [s, foot_s]
     do g = 1, size(mesh)
-      x = [((i - 0.5_dp)*mesh(g)%dx, i=1, size(f, 1))]
+      x = [((i - 0.5_dp)*mesh(g)%dx, i=1, size(x))]
       along = cubic(x/step_x, n_x)
+      last = maxval(along(size(x))%place)
+      there(:, of_wheel) = [(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds, j=1, size(there, 1))]
+      there(:, of_rail) = foot(:, g)
+      do b = 1, size(bodies)
+        strip(:, b) = strip_of(bodies(b), there(:, bodies(b)%kind))
+        call set_row(bodies(b), strip_of(bodies(b), here(bodies(b)%kind)), strip(:, b), last, row(b))
+      end do
       do j = 1, size(f, 2)
         if (all(f(:, j, g) <= 0)) cycle
-        there = [mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds, foot(j, g)]
-        one = 0
-        if (any(bodies%kind == of_rail)) one = cos(angle(j, g) - angle_s)/(2*pi) &
-          *further(x, abs(there(1) - here(1)), abs(there(2) - here(2)))
-        do b = 1, size(bodies)
-          associate (body => bodies(b))
-            call over_x(body, strip_of(body, there(body%kind)), strip_of(body, here(body%kind)), n_x, of_x)
-          end associate
-          one = one + [(value(along(i), of_x), i=1, size(along))]
-        end do
+        call sum_rows(row, strip(j, :), last, of_x)
+        one = [(value(along(i), of_x), i=1, size(x))]
+        if (any(bodies%kind == of_rail)) one = one + cos(angle(j, g) - angle_s)/(2*pi) &
+          *further(x, abs(there(j, 1) - here(1)), abs(there(j, 2) - here(2)))
         u = u + 2*dot_product(f(:, j, g), one)/e_star
       end do
     end do
   end function displacement_of_bodies
 
-  pure type(cubic_type) function strip_of(body, station)
+  !> G between a place and all strips that some other places need, over the first values of x.
+  pure subroutine set_row(body, place, others, last, row)
+    type(body_type), intent(in) :: body
+    type(cubic_type), intent(in) :: place, others(:)
+    integer, intent(in) :: last
+    type(row_type), intent(out) :: row
+    integer :: i, j, low, high
+
+    low = huge(low)
+    high = 0
+    do i = 1, size(others)
+      low = min(low, minval(others(i)%place))
+      high = max(high, maxval(others(i)%place))
+    end do
+    allocate (row%g(last, low:high), source=0.0_dp)
+    do j = low, high
+      do i = 1, 4
+        row%g(:, j) = row%g(:, j) + place%weight(i)*body%g(:last, place%place(i), j)
+      end do
+    end do
+  end subroutine set_row
+
+  !> G of bodies together at places of the strips that their rows have, over the first values of x.
+  pure subroutine sum_rows(row, places, last, g)
+    type(row_type), intent(in) :: row(:)
+    type(cubic_type), intent(in) :: places(:)
+    integer, intent(in) :: last
+    real(dp), intent(out) :: g(:)
+    integer :: b, i
+
+    g(:last) = 0
+    do b = 1, size(row)
+      do i = 1, 4
+        g(:last) = g(:last) + places(b)%weight(i)*row(b)%g(:, places(b)%place(i))
+      end do
+    end do
+  end subroutine sum_rows
+
+  !> Where a station is among the strips of a body.
+  elemental type(cubic_type) function strip_of(body, station)
     type(body_type), intent(in) :: body
     real(dp), intent(in) :: station
 
@@ -204,22 +272,6 @@ contains
 
     further = 1/sqrt(x**2 + instead**2) - 1/sqrt(x**2 + away**2)
   end function further
-
-  !> G between two places of a body, over the first values of x.
-  pure subroutine over_x(body, one, other, last, g)
-    type(body_type), intent(in) :: body
-    type(cubic_type), intent(in) :: one, other
-    integer, intent(in) :: last
-    real(dp), intent(out) :: g(:)
-    integer :: i, j
-
-    g(:last) = 0
-    do j = 1, 4
-      do i = 1, 4
-        g(:last) = g(:last) + one%weight(i)*other%weight(j)*body%g(:last, one%place(i), other%place(j))
-      end do
-    end do
-  end subroutine over_x
 
   pure real(dp) function value(at, values)
     type(cubic_type), intent(in) :: at

@@ -1,0 +1,12 @@
+"""The elasticity of wheel and rail as bodies of their own, beside that of half-spaces.
+
+    from ldbench import Case, bodies
+    case = Case.exercise(2, "aw")
+    bodies.write("aw.bodies", bodies.find(case))
+    run = ldbench.run(case.replace(influence="bodies", bodies="aw.bodies"))
+"""
+from __future__ import annotations
+
+from .influence import Body, find, write
+
+__all__ = ["Body", "find", "write"]
