@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
+from .._core.errors import Error
 from .mesh import Mesh
 
 A, B = 0.445948490915965, 0.091576213509771
@@ -26,7 +27,7 @@ def shape_functions(a: float, b: float) -> tuple[np.ndarray, np.ndarray]:
     return values, slopes
 
 
-def stiffness(mesh: Mesh, poisson: float) -> tuple[csc_matrix, csc_matrix, csc_matrix]:
+def stiffness(mesh: Mesh, poisson: float) -> list[csc_matrix]:
     """K0, K1, K2 for Young's modulus 1."""
     n = len(mesh.triangles)
     corners = mesh.points[mesh.triangles[:, :3]]
@@ -40,12 +41,13 @@ def stiffness(mesh: Mesh, poisson: float) -> tuple[csc_matrix, csc_matrix, csc_m
     for (a, b), weight in zip(RULE, WEIGHTS, strict=True):
         values, slopes = shape_functions(a, b)
         y, z = np.moveaxis(inverse @ slopes, 1, 0)                                                  # (n, 6)
-        flat, wave = np.zeros((n, 6, 6, 3)), np.zeros((1, 6, 6, 3))     # strains xx, yy, zz, yz, xy, zx by node and direction
-        flat[:, 1, :, 1], flat[:, 2, :, 2] = y, z
-        flat[:, 3, :, 1], flat[:, 3, :, 2] = z, y
-        flat[:, 4, :, 0], flat[:, 5, :, 0] = y, z
-        wave[:, 0, :, 0], wave[:, 4, :, 1], wave[:, 5, :, 2] = values, -values, -values
-        flat, wave = flat.reshape(n, 6, 18), np.broadcast_to(wave.reshape(1, 6, 18), (n, 6, 18))
+        # Strains xx, yy, zz, yz, xy, zx by node and direction.
+        even, waved = np.zeros((n, 6, 6, 3)), np.zeros((1, 6, 6, 3))
+        even[:, 1, :, 1], even[:, 2, :, 2] = y, z
+        even[:, 3, :, 1], even[:, 3, :, 2] = z, y
+        even[:, 4, :, 0], even[:, 5, :, 0] = y, z
+        waved[:, 0, :, 0], waved[:, 4, :, 1], waved[:, 5, :, 2] = values, -values, -values
+        flat, wave = even.reshape(n, 6, 18), np.broadcast_to(waved.reshape(1, 6, 18), (n, 6, 18))
         size = weight*area[:, None, None]
         stress = law @ flat*size
         turned = np.swapaxes(wave, 1, 2)
@@ -56,7 +58,7 @@ def stiffness(mesh: Mesh, poisson: float) -> tuple[csc_matrix, csc_matrix, csc_m
     place = (3*mesh.triangles[:, :, None] + np.arange(3)).reshape(n, 18)
     rows, columns = np.repeat(place, 18, axis=1).ravel(), np.tile(place, (1, 18)).ravel()
     shape = (3*len(mesh.points),)*2
-    return tuple(csc_matrix((part.ravel(), (rows, columns)), shape=shape) for part in parts)
+    return [csc_matrix((part.ravel(), (rows, columns)), shape=shape) for part in parts]
 
 
 def loads(mesh: Mesh) -> np.ndarray:
@@ -80,15 +82,16 @@ def influences(mesh: Mesh, poisson: float, waves: np.ndarray) -> np.ndarray:
     inner = np.flatnonzero(~loaded & ~still)
     first = splu(sum(parts)[inner][:, inner].tocsc(), **SYMMETRIC, permc_spec="MMD_AT_PLUS_A")
     order = np.concatenate([inner[np.argsort(first.perm_c)], np.flatnonzero(loaded)])
-    parts, f = [part[order][:, order] for part in parts], f[loaded]
-    return np.array([f.T @ np.linalg.solve(condensed(parts[0] + k*parts[1] + k**2*parts[2], len(f)), f) for k in waves])
+    ordered, f = [part[order][:, order] for part in parts], f[loaded]
+    return np.array([f.T @ np.linalg.solve(condensed(ordered[0] + k*ordered[1] + k**2*ordered[2], len(f)), f) for k in waves])
 
 
 def condensed(matrix: csc_matrix, n: int) -> np.ndarray:
     """The stiffness that the last n unknowns have where the others are free: the last block of the triangular factors."""
     factors = splu(matrix.tocsc(), **SYMMETRIC, permc_spec="NATURAL")
     last = factors.perm_c[-n:]
-    assert last.min() == matrix.shape[0] - n, "the factors have another order"
+    if last.min() < matrix.shape[0] - n:
+        raise Error(expected="factors in the order of the unknowns", found="another order", place="bodies")
     block = factors.L[-n:, -n:].toarray() @ factors.U[-n:, -n:].toarray()
     last = last - last.min()
     return block[np.ix_(last, last)]

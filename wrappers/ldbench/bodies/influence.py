@@ -37,8 +37,8 @@ class Body:
     nodes: int                  # of the mesh
     middles: np.ndarray         # of the strips, counterclockwise, (strips, 2) [m]
     angles: np.ndarray          # of the strips to the y axis [rad]
-    whole: np.ndarray           # E* times the mean displacement of a strip into the body by a load per length of another one, (waves,
-                                # strips, strips)
+    # E* times the mean displacement of a strip into the body by a load per length of another one, (waves, strips, strips)
+    whole: np.ndarray
     halfspace: np.ndarray       # the same of half-spaces with the local normals
 
     @property
@@ -48,9 +48,9 @@ class Body:
 
     def over_halfspace(self, one: float, other: float) -> float:
         """Influence of loads that are even over some millimetres along x, over the half-space's, between the strips whose angles come
-        nearest to two angles [rad], on the gauge side."""
-        gauge = np.flatnonzero(np.arange(len(self.angles)) >= np.argmax(self.angles)) if self.kind == "wheel" \
-            else np.flatnonzero(np.arange(len(self.angles)) <= np.argmax(self.angles))
+        nearest to two angles [rad], from the steepest one on towards the tread or the crown."""
+        steepest = int(np.argmax(self.angles))
+        gauge = np.arange(steepest, len(self.angles)) if self.kind == "wheel" else np.arange(steepest + 1)
         i, j = (gauge[np.argmin(np.abs(self.angles[gauge] - angle))] for angle in (one, other))
         return float(np.trapezoid(self.whole[:, i, j], WAVES)/np.trapezoid(self.halfspace[:, i, j], WAVES))
 
@@ -60,13 +60,13 @@ def find(case: Case, support: Support = "infinite", rim_thickness: float = RIM_T
          kinds: Iterable[Kind] = ("wheel", "rail")) -> list[Body]:
     """The bodies of a case's wheels and rails.
 
-    `rim` and `head` are files with outlines of the sections, closed polygons of y and z in mm as in the profiles' files. Without them
-    the profiles go on to a base that is rim_thickness [m] above the tape circle, or head_depth [m] below the rail's top. Behind the
-    base the body is infinite, or it is clamped there. Takes some seconds of processor time a body.
+    `rim` and `head` are files with outlines of the sections, closed polygons of y and z in mm as in the profiles' files. Without
+    them the profiles go on to a base that is rim_thickness [m] above the tape circle, or head_depth [m] below the rail's top.
+    Behind the base the body is infinite, or it is clamped there. Takes some seconds of processor time a body.
     """
     found = []
     for kind in kinds:
-        names = {case.find(getattr(case, f"{kind}_profile{side}")) for side in ("", "_right") if getattr(case, f"{kind}_profile{side}")}
+        names = {path for name, path in case.profile_files().items() if name.startswith(kind)}
         outline = rim if kind == "wheel" else head
         for name in sorted(names):
             points = 1e-3*np.loadtxt(core_file(name, kind), comments=("#", "!", "%"), ndmin=2)
@@ -83,7 +83,8 @@ def read_outline(file: str | os.PathLike[str]) -> np.ndarray:
     except (OSError, ValueError) as error:
         raise Error(file=file, expected="lines of y and z in mm", found=str(error)) from None
     if points.shape[1] != 2 or len(points) < 4 or not np.isfinite(points).all():
-        raise Error(file=file, expected="at least four lines of y and z in mm", found=f"{points.shape[0]} of {points.shape[1]} numbers")
+        raise Error(file=file, expected="at least four lines with two numbers, y and z in mm",
+                    found=f"{len(points)} of {points.shape[1]}")
     return 1e-3*points
 
 
@@ -104,8 +105,8 @@ def body_of(section: Section, profile: str, support: Support, poisson: float) ->
 
 
 def mean_k0(k: float, apart: np.ndarray) -> np.ndarray:
-    """Mean of K_0(k d) over the points d apart of two strips whose middles are so far apart [m]. The points are dense at d = 0, where
-    K_0 has a logarithm."""
+    """Mean of K_0(k d) over the points, d apart, of two strips whose middles are so far apart [m]. The points are dense at d = 0,
+    where K_0 has a logarithm."""
     at, weight = np.polynomial.legendre.leggauss(POINTS)
     share = ((at + 1)/2)**3
     weight = weight/2*3*((at + 1)/2)**2*(1 - share)

@@ -1,6 +1,8 @@
 """A mesh of triangles for the cross-section of a body, fine at the surface that carries contacts."""
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +43,7 @@ def make_mesh(strips: np.ndarray, rest: np.ndarray, held_between: tuple[int, int
 
     corners = np.concatenate([strips[-1:], rest, strips[:1]])
     pieces, held = [], []
-    for k, (a, b) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
+    for k, (a, b) in enumerate(itertools.pairwise(corners)):
         line = a + np.linspace(0, 1, 400)[:, None]*(b - a)
         pieces.append(divided(line, wanted(line))[:-1])
         held.append(np.full(len(pieces[-1]), held_between[0] < k <= held_between[1]))
@@ -63,7 +65,7 @@ def make_mesh(strips: np.ndarray, rest: np.ndarray, held_between: tuple[int, int
     return quadratic(points, kept, len(strips) - 1, np.flatnonzero(fixed))
 
 
-def fill(border: np.ndarray, wanted: object) -> np.ndarray:
+def fill(border: np.ndarray, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Points inside, on triangular lattices each twice as wide as the one before."""
     inside, edges = Path(border), cKDTree(border)
     low, high = border.min(axis=0), border.max(axis=0)

@@ -37,9 +37,9 @@ def section(kind: Kind, profile: np.ndarray, support: Support, depth: float, out
             file: str = "") -> Section:
     """The section below a profile, (n, 2) y and z up from first to last point [m].
 
-    The base is what lies highest of a wheel's section, lowest of a rail's. It is the one of an outline from a file, a closed polygon
-    [m], or lies `depth` beyond the profile's z = 0 [m]. An 'infinite' body goes on behind the base as a half-plane does; a 'clamped'
-    one is held there.
+    The base is what lies highest of a wheel's section, lowest of a rail's. It is the one of an outline from a file, a closed
+    polygon [m], or lies `depth` above a wheel's z = 0, below a rail's top [m]. An 'infinite' body goes on behind the base as a
+    half-plane does; a 'clamped' one is held there.
     """
     ends = divided(profile if kind == "wheel" else profile[profile[:, 1] > profile[:, 1].max() - SIDE])
     up = 1 if kind == "wheel" else -1

@@ -34,7 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="height of the rim's base over the tape circle (%(default)g mm)")
     parser.add_argument("--head-depth", type=float, metavar="MM", default=1e3*HEAD_DEPTH,
                         help="depth of the head's base below the rail's top (%(default)g mm)")
-    parser.add_argument("--rim", metavar="FILE", help="outline of the wheel's section: a closed polygon, y and z in mm as in the profile")
+    parser.add_argument("--rim", metavar="FILE",
+                        help="outline of the wheel's section: a closed polygon, y and z in mm as in the profile")
     parser.add_argument("--head", metavar="FILE", help="outline of the rail's section")
     parser.add_argument("--only", choices=["wheel", "rail"], help="one kind of body; the other one stays a half-space")
     add_output(parser, "the file of the bodies", default="ldbench.bodies")
