@@ -47,8 +47,8 @@ class Body:
         return self.section.kind
 
     def over_halfspace(self, one: float, other: float) -> float:
-        """Influence of loads that are even over some millimetres along x, over the half-space's, between the strips whose angles come
-        nearest to two angles [rad], from the steepest one on towards the tread or the crown."""
+        """Influence of loads that are even over some millimetres along x, over the half-space's, between the strips whose angles
+        come nearest to two angles [rad], from the steepest one on towards the tread or the crown."""
         steepest = int(np.argmax(self.angles))
         gauge = np.arange(steepest, len(self.angles)) if self.kind == "wheel" else np.arange(steepest + 1)
         i, j = (gauge[np.argmin(np.abs(self.angles[gauge] - angle))] for angle in (one, other))

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.path import Path
 from scipy.spatial import Delaunay, cKDTree
 
-GROWTH = 0.5        # of the triangles' size with the distance from the strips
+GROWTH = 0.2        # of the triangles' size with the distance from the strips: 0.5 makes a flange 1.5 % too stiff, 0.2 some 0.3 %
 NEAREST = 0.6       # of a point to the outline, of the size there
 ROUNDS = 6          # of smoothing
 
