@@ -7,6 +7,7 @@
 """
 from __future__ import annotations
 
-from .influence import Body, find, write
+from .influence import Body, find, kept, write
+from .sections import Support
 
-__all__ = ["Body", "find", "write"]
+__all__ = ["Body", "Support", "find", "kept", "write"]

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.special import k0
 
 from .._core.errors import Error
-from .._core.files import complete
+from .._core.files import complete, digest, read_bytes
+from .._core.kept import program_digest
 from ..case import Case
 from ..profiles.profile import core_file
 from .elements import influences
@@ -74,6 +75,19 @@ def find(case: Case, support: Support = "infinite", rim_thickness: float = RIM_T
                                          read_outline(outline) if outline else None, str(outline or "")),
                                  Path(name).name, support, case.poisson))
     return found
+
+
+def kept(case: Case, support: Support, folder: Path) -> Path:
+    """The file of a case's bodies with generic sections, in its table folder, or in another one if the case keeps nothing. It is
+    made once."""
+    home = Path(case.table_folder or folder)
+    contents = [read_bytes(Path(core_file(path, name.partition("_")[0]))) for name, path in case.profile_files().items()]
+    words = f"{program_digest()} {support} {case.poisson} {[digest(data) for data in contents]}"
+    file = home/f"{support}_{digest(words.encode())[:16]}.bodies"
+    if not file.exists():
+        home.mkdir(parents=True, exist_ok=True)
+        write(file, find(case, support))
+    return file
 
 
 def read_outline(file: str | os.PathLike[str]) -> np.ndarray:
