@@ -102,18 +102,39 @@ def test_shipped_bodies(pair: str, support: str, tmp_path: Path):
         assert (least > 0.05*np.diagonal(body.whole, axis1=1, axis2=2).mean(axis=1)).all(), body.kind
 
 
+@pytest.mark.parametrize("pair", PAIRS)
+def test_a_clamped_body_gives_less(pair: str):
+    """Under any load and for every wave number, as it is a part of the infinite body and is held there. Both files leave out the same
+    half-spaces. The meshes differ by some thousandths."""
+    def whole(file: Path) -> list[np.ndarray]:
+        found = []
+        for one in re.split("^wave .*\n", re.sub("^(body|poisson|width|strip|#).*\n", "", file.read_text(), flags=re.M), flags=re.M):
+            rows = [np.array(line.split(), float) for line in one.splitlines() if line]
+            if rows:
+                lower = np.array([np.pad(row, (0, len(rows) - len(row))) for row in rows])
+                found.append(lower + np.tril(lower, -1).T)
+        return found
+
+    free, held = whole(FILES[pair]), whole(REPO/f"profiles/{pair}_clamped.bodies")
+    assert len(free) == len(held) == 2*len(influence.WAVES)
+    for k, (one, other) in enumerate(zip(free, held, strict=True)):
+        gain = np.linalg.eigvalsh(one - other)
+        assert gain[0] > -5e-3 and (gain[-1] > 1 or k % len(influence.WAVES)), (k, gain[[0, -1]])
+
+
 # The core
 
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_a_whole_wheel_is_stable_in_any_pose(pair: str, tmp_path: Path):
-    """The influence of all elements of a wheel on each other is symmetric and positive definite, where one patch is pressed and where
-    three are, and every solution converges."""
+    """The influence of all elements of a wheel on each other is symmetric and positive definite, where tread or flange is pressed and
+    where both are, and every solution converges."""
     case = with_bodies(pair)
     table = ContactTable(case)
     rng = np.random.default_rng(5)
-    reach = table.clearance
-    y, drop, roll = rng.uniform([-reach, 0.05e-3, -5e-3], [reach + 1e-3, 0.9e-3, 5e-3], (80, 3)).T
+    anywhere = rng.uniform([-table.clearance, 0.05e-3, -5e-3], [table.clearance + 1e-3, 0.9e-3, 5e-3], (50, 3))
+    on_both = rng.uniform([table.clearance - 0.4e-3, 0.2e-3, -1e-3], [table.clearance + 0.6e-3, 0.9e-3, 1e-3], (50, 3))
+    y, drop, roll = np.concatenate([anywhere, on_both]).T
     case.to_namelist(tmp_path/"case.nml")
     found = probe("whole_wheel", tmp_path/"case.nml", stdin=text(np.column_stack([y, table.equilibrium - drop, roll])))
     patches, converged, energy, pivot, skew = found[:, [0, 1, 2, 5, 6]].T
@@ -178,8 +199,8 @@ def test_two_threads_make_the_same_bytes(tmp_path: Path):
 
 @pytest.mark.parametrize(("pair", "least", "most"), [("aw", 0.80, 0.90), ("sw", 0.90, 0.95)])
 def test_bodies_soften_the_first_impact(pair: str, least: float, most: float, tmp_path: Path):
-    """Both bodies lower the first peak of the flange by more than the wheel's alone, and this by more than the rail's alone. The
-    impulse, which is that of the wheelset's bounce, stays."""
+    """Both bodies lower the first peak of the flange by more than the wheel's alone, and the wheel's by more than the rail's alone. The
+    impulse, which turns the wheelset back, stays."""
     def struck(**changes: object) -> SimpleNamespace:
         case = Case.exercise(2, pair).replace(stop_at="t_end", t_end=0.045, table_folder=kept_tables())
         return first_flange(ldbench.run(case.replace(**changes)))
@@ -192,7 +213,7 @@ def test_bodies_soften_the_first_impact(pair: str, least: float, most: float, tm
     both = struck(influence="bodies", bodies=FILES[pair])
     assert least < both.peak/half.peak < most
     assert both.peak < one["wheel"].peak < one["rail"].peak < half.peak
-    # The simplified flange leaves 3.3 % later and lower on the left rail.
+    # With the simplified profiles the softer flange is pressed to 38.7 ms in place of 38.2 ms, and its impulse is 3.2 % larger.
     assert both.impulse == pytest.approx(half.impulse, rel=0.03 if pair == "aw" else 0.035)
 
 
@@ -200,9 +221,10 @@ def test_the_force_is_the_gradient_of_the_potential(run: Run):
     """By central differences, and the stiffness that of the force. The loads along the normals sum up to the force but for the table's
     error and for the rail's influence, which moves with the pose."""
     data = run.data
-    touching = np.flatnonzero(np.hypot(data.Fy_LF, data.Fz_LF) > 1e5) if "Fy_LF" in data else np.flatnonzero(data.N_LF > 1e5)
+    touching = np.flatnonzero(data.N_LF > 1e5)
     assert len(touching) > 10
-    q = data[POSE].to_numpy()[touching[::len(touching)//10]] + [0, run.table.equilibrium, 0]
+    # Beside the rows, of which those at events are where a contact begins or ends and the stiffness jumps.
+    q = data[POSE].to_numpy()[touching[::len(touching)//10]] + [2e-6, run.table.equilibrium - 3e-6, 0]
     table, steps = run.table, np.diag([1e-7, 1e-7, 1e-7])
     force, stiffness = table.force(*q.T), table.tangent(*q.T)
     for i, step in enumerate(steps):
@@ -326,3 +348,27 @@ def test_a_short_profile_is_refused():
     line = np.column_stack([np.linspace(0, 0.01, 20), np.zeros(20)])
     with pytest.raises(ldbench.Error, match=r"expected a profile of at least 12 mm, found 10\.0 mm"):
         sections.section("wheel", line, "infinite", 0.05)
+
+
+# Bodies of others' profiles
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pair", ["S1002 on 60E1", "measured"])
+def test_two_commands_for_any_pair(pair: str, run: Run, tmp_path: Path):
+    """`bodies`, then `run`. Profiles measured with noise of 10 um have the first peak of the clean ones within 1 %."""
+    case = Case.exercise(2, "aw").replace(MODERN if pair == "S1002 on 60E1" else {"table_folder": ""}, stop_at="t_end", t_end=0.03)
+    if pair == "measured":
+        for kind, name in ("wheel", "awprof"), ("rail", "arprof"):
+            points = shapes.noisy(shapes.shape(name), 0.01, 4)
+            (tmp_path/f"{kind}.mpt").write_text(shapes.miniprof(points, kind))
+            case = case.replace({f"{kind}_profile": str(tmp_path/f"{kind}.mpt")})
+    case.to_namelist(tmp_path/"case.nml")
+    assert main(["bodies", str(tmp_path/"case.nml"), "-o", str(tmp_path/"made")]) == 0
+    assert main(["run", str(tmp_path/"case.nml"), "--set", "influence=bodies", "--set", f"bodies={tmp_path/'made'}",
+                 "-o", str(tmp_path/"columns.txt")]) == 0
+    struck = first_flange(ldbench.read_run(tmp_path/"columns.txt"))
+    if pair == "measured":
+        assert struck.peak == pytest.approx(first_flange(run).peak, rel=0.01)
+    else:
+        assert 0.75 < struck.peak/first_flange(ldbench.run(case)).peak < 0.9

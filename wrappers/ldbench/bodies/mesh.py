@@ -45,6 +45,7 @@ def make_mesh(strips: np.ndarray, rest: np.ndarray, held_between: tuple[int, int
         line = a + np.linspace(0, 1, 400)[:, None]*(b - a)
         pieces.append(divided(line, wanted(line))[:-1])
         held.append(np.full(len(pieces[-1]), held_between[0] < k <= held_between[1]))
+        held[-1][0] = held_between[0] < k <= held_between[1] + 1        # the last held piece ends here
     border = np.concatenate([strips[:-1], *pieces])
     fixed = np.concatenate([np.zeros(len(strips) - 1, bool), *held])
     inner = fill(border, wanted)
