@@ -1,4 +1,4 @@
-"""Wheel and rail as elastic bodies of their own: `&contact influence = 'bodies'` and the files that `python -m ldbench bodies` makes."""
+"""Wheel and rail as elastic bodies of their own: `&contact influence = 'bodies'` and files of `python -m ldbench bodies`."""
 from __future__ import annotations
 
 import os
@@ -42,7 +42,7 @@ def numbers(file: Path) -> list[np.ndarray]:
 
 def alone(kind: str, pair: str) -> str:
     """The shipped file with the body of one kind."""
-    comments, *found = re.split(r"^(?=body )", FILES[pair].read_text(), flags=re.M)
+    _, *found = re.split(r"^(?=body )", FILES[pair].read_text(), flags=re.M)
     return next(one for one in found if one.startswith(f"body {kind}"))
 
 
@@ -50,8 +50,8 @@ def alone(kind: str, pair: str) -> str:
 
 
 def test_a_flat_body_is_a_half_space():
-    """The influence in half a disc of 1 m, whose flat side has strips over 0.1 m, against the mean of K_0(k d)/pi, for waves that are
-    long beside a strip and short beside the disc."""
+    """The influence in half a disc of 1 m, whose flat side has strips over 0.1 m, against the mean of K_0(k d)/pi, for waves
+    that are long beside a strip and short beside the disc."""
     strips = int(0.1/WIDTH)
     y = WIDTH/PARTS*(np.arange(strips*PARTS + 1) - strips*PARTS/2)
     turn = np.linspace(0, np.pi, ARC + 1)
@@ -86,8 +86,8 @@ def test_a_solid_cylinder_under_waves_of_pressure():
     ("aw", "infinite"), *(pytest.param(pair, support, marks=pytest.mark.slow) for pair, support in (
         ("aw", "clamped"), ("sw", "infinite"), ("sw", "clamped")))])
 def test_shipped_bodies(pair: str, support: str, tmp_path: Path):
-    """What is found today is in the shipped file. The influence is symmetric, as E. Betti's theorem has it, and positive definite for
-    every wave number: no load is without energy."""
+    """What is found today is in the shipped file. The influence is symmetric, as E. Betti's theorem has it, and positive definite
+    for every wave number: no load is without energy."""
     found = bodies.find(Case.exercise(2, pair), support)
     bodies.write(tmp_path/"today", found)
     shipped = numbers(REPO/f"profiles/{pair}{'_clamped' if support == 'clamped' else ''}.bodies")
@@ -104,11 +104,12 @@ def test_shipped_bodies(pair: str, support: str, tmp_path: Path):
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_a_clamped_body_gives_less(pair: str):
-    """Under any load and for every wave number, as it is a part of the infinite body and is held there. Both files leave out the same
-    half-spaces. The meshes differ by some thousandths."""
+    """Under any load and for every wave number, as it is a part of the infinite body and is held there. Both files leave
+    out the same half-spaces. The triangles below a strip differ between the meshes, which makes some thousandths."""
     def whole(file: Path) -> list[np.ndarray]:
         found = []
-        for one in re.split("^wave .*\n", re.sub("^(body|poisson|width|strip|#).*\n", "", file.read_text(), flags=re.M), flags=re.M):
+        lines = re.sub("^(body|poisson|width|strip|#).*\n", "", file.read_text(), flags=re.M)
+        for one in re.split("^wave .*\n", lines, flags=re.M):
             rows = [np.array(line.split(), float) for line in one.splitlines() if line]
             if rows:
                 lower = np.array([np.pad(row, (0, len(rows) - len(row))) for row in rows])
@@ -127,8 +128,8 @@ def test_a_clamped_body_gives_less(pair: str):
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_a_whole_wheel_is_stable_in_any_pose(pair: str, tmp_path: Path):
-    """The influence of all elements of a wheel on each other is symmetric and positive definite, where tread or flange is pressed and
-    where both are, and every solution converges."""
+    """The influence of all elements of a wheel on each other is symmetric and positive definite, where tread or flange is
+    pressed and where both are, and every solution converges."""
     case = with_bodies(pair)
     table = ContactTable(case)
     rng = np.random.default_rng(5)
@@ -199,8 +200,8 @@ def test_two_threads_make_the_same_bytes(tmp_path: Path):
 
 @pytest.mark.parametrize(("pair", "least", "most"), [("aw", 0.80, 0.90), ("sw", 0.90, 0.95)])
 def test_bodies_soften_the_first_impact(pair: str, least: float, most: float, tmp_path: Path):
-    """Both bodies lower the first peak of the flange by more than the wheel's alone, and the wheel's by more than the rail's alone. The
-    impulse, which turns the wheelset back, stays."""
+    """Both bodies lower the first peak of the flange by more than the wheel's alone, and the wheel's by more than the rail's alone.
+    The impulse, which turns the wheelset back, stays."""
     def struck(**changes: object) -> SimpleNamespace:
         case = Case.exercise(2, pair).replace(stop_at="t_end", t_end=0.045, table_folder=kept_tables())
         return first_flange(ldbench.run(case.replace(**changes)))
@@ -218,8 +219,8 @@ def test_bodies_soften_the_first_impact(pair: str, least: float, most: float, tm
 
 
 def test_the_force_is_the_gradient_of_the_potential(run: Run):
-    """By central differences, and the stiffness that of the force. The loads along the normals sum up to the force but for the table's
-    error and for the rail's influence, which moves with the pose."""
+    """By central differences, and the stiffness that of the force. The loads along the normals sum up to the force but for the
+    table's error and for the rail's influence, which moves with the pose."""
     data = run.data
     touching = np.flatnonzero(data.N_LF > 1e5)
     assert len(touching) > 10
@@ -262,7 +263,7 @@ def changed(pattern: str, new: str) -> str:
     return found
 
 
-LAST_WAVE = r"(?s)^wave 0\.8.*"
+FIRST_WAVE = r"^(wave 0\.0002\n)"
 REFUSED = {
     "other profiles": (FILES["sw"].read_text(), "line 5: expected strips on {wheel}, found strips that are up to "
                        r"\d\.\d+ mm beside it; make a file for these profiles: python -m ldbench bodies"),
@@ -270,10 +271,12 @@ REFUSED = {
                                 "found 0.3; make a file for this material: python -m ldbench bodies"),
     "no wave numbers": (FILES["aw"].read_text().partition("wave")[0], "expected 'wave' with a number in 1/mm, at least twice, "
                         "found the end of the file"),
-    "half a file": (FILES["aw"].read_text()[:200_000].rpartition("\n")[0] + "\n", r"expected \d+ numbers, found the end of the file"),
-    "half a line": (changed(r"^(-?[0-9.]+ -?[0-9.]+) .*$", r"\1"), r"line \d+: expected 3 numbers, found '1.291 1.15'"),
-    "a word": (changed(r"^1\.469 1\.304", "1.469 much"), r"line \d+: expected 2 numbers, found '1.469 much'"),
-    "a number that is none": (changed(r"^1\.469 1\.304", "1.469 NaN"), r"line \d+: expected 2 numbers, found '1.469 NaN'"),
+    "half a file": (FILES["aw"].read_text()[:200_000].rpartition("\n")[0] + "\n",
+                    r"expected \d+ numbers, found the end of the file"),
+    "half a line": (changed(rf"{FIRST_WAVE}(.*\n.*\n\S+ \S+) \S+$", r"\1\2"), r"line \d+: expected 3 numbers, found '\S+ \S+'"),
+    "a word": (changed(rf"{FIRST_WAVE}(.*\n\S+) \S+$", r"\1\2 much"), r"line \d+: expected 2 numbers, found '\S+ much'"),
+    "a number that is none": (changed(rf"{FIRST_WAVE}(.*\n\S+) \S+$", r"\1\2 NaN"),
+                              r"line \d+: expected 2 numbers, found '\S+ NaN'"),
     "no width": (changed("^width 3$", "width 0"), "line 7: expected a width above 0 mm, found 'width 0'"),
     "a width below 0": (changed("^width 3$", "width -3"), "line 7: expected a width above 0 mm, found 'width -3'"),
     "another width": (changed("^width 3$", "width 4"), r"line 5: expected strips on {wheel}, found strips that are up to "),
@@ -292,8 +295,8 @@ def test_a_file_is_refused(what: str, tmp_path: Path, capsys: pytest.CaptureFixt
     """In one line, by the executable and by Python in the same words, with no file made or touched."""
     source, words = REFUSED[what]
     (tmp_path/"wrong.bodies").write_text(source)
-    message = refusal(short_case(tmp_path, contact={"model": "halfspace", "influence": "bodies", "bodies": tmp_path/"wrong.bodies"}),
-                      tmp_path)
+    contact = {"model": "halfspace", "influence": "bodies", "bodies": tmp_path/"wrong.bodies"}
+    message = refusal(short_case(tmp_path, contact=contact), tmp_path)
     wheel = re.escape(str(REPO/"profiles/awprof.yz"))
     assert re.search(rf"case\.nml, &contact bodies: \S+/wrong\.bodies(, |: ){words.replace('{wheel}', wheel)}", message), message
     assert main(["run", str(tmp_path/"case.nml")]) == 1
@@ -310,8 +313,8 @@ def test_a_file_is_refused(what: str, tmp_path: Path, capsys: pytest.CaptureFixt
 def test_a_case_is_refused(contact: dict[str, object], output: dict[str, object], words: str, tmp_path: Path,
                              capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
     (tmp_path/"own.bodies").write_bytes(FILES["aw"].read_bytes())
-    message = refusal(short_case(tmp_path, contact={"model": "halfspace", "influence": "bodies"} | contact, output=output), tmp_path)
-    assert message.endswith(f"case.nml, {words}") or f"case.nml, {words}" in message
+    contact = {"model": "halfspace", "influence": "bodies"} | contact
+    assert f"case.nml, {words}" in refusal(short_case(tmp_path, contact=contact, output=output), tmp_path)
     monkeypatch.chdir(tmp_path)
     assert main(["run", str(tmp_path/"case.nml")]) == 1
     assert words in capsys.readouterr().err
@@ -331,7 +334,8 @@ RIM = np.concatenate([WHEEL, BASE, WHEEL[:1]])
 @pytest.mark.parametrize(("points", "words"), [
     (RIM[:-1], r"expected an outline that ends where it begins, found ends that are \d+\.\d mm apart"),
     (RIM + [0, 1], r"expected an outline that has the profile, within 0.2 mm, found [01]\.\d+ mm between them at y = "),
-    (np.concatenate([WHEEL, [[67.5, 60]], WHEEL[:1]]), "expected an outline with a straight base of one z, found a single point there"),
+    (np.concatenate([WHEEL, [[67.5, 60]], WHEEL[:1]]),
+     "expected an outline with a straight base of one z, found a single point there"),
     (RIM[:3], "expected at least four lines of y and z in mm, found 3 of 2 numbers"),
 ], ids=["open", "beside the profile", "with a corner on top", "too short"])
 def test_an_outline_is_refused(points: np.ndarray, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
