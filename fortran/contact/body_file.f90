@@ -24,7 +24,7 @@ module body_file
   private
   public :: read_bodies
 
-  integer, parameter :: most_waves = 1000, fewest_strips = 4
+  integer, parameter :: most_waves = 1000, fewest_strips = 4, most_strips = 500
   real(dp), parameter :: near = 0.05e-3_dp       ! strips lie so near to their profile [m]
   real(dp), parameter :: same_poisson = 1e-6_dp
 
@@ -74,7 +74,8 @@ contains
         found(k) = off < near
         if (.not. found(k)) cycle
         if (abs(section%poisson - poisson) > same_poisson) then
-          call refuse(error, 'bodies with &contact poisson = '//str(poisson), str(section%poisson), file, section%line)
+          call refuse(error, 'bodies with &material poisson = '//str(poisson), str(section%poisson), file, section%line, &
+            rest='; make a file for this material: python -m ldbench bodies')
           return
         end if
         bodies = [bodies, new_body(k, first, section%width, section%wave, section%difference)]
@@ -115,7 +116,10 @@ contains
     section%poisson = numbers(1)
     if (ok) call get('width', numbers, ok)
     section%width = 1e-3_dp*numbers(1)
-    if (ok .and. section%width <= 0) call complain('a width above 0 mm')
+    if (ok .and. section%width <= 0) then
+      next = next - 1
+      call complain('a width above 0 mm')
+    end if
     if (allocated(error)) return
     allocate (section%middle(2, size(lines)), section%wave(most_waves))
     do while (begins('strip'))
@@ -126,6 +130,10 @@ contains
     end do
     if (section%strips < fewest_strips) then
       call complain('''strip'' with y and z in mm, at least '//str(fewest_strips)//' times')
+      return
+    end if
+    if (section%strips > most_strips) then
+      call refuse(error, 'at most '//str(most_strips)//' strips', str(section%strips), file, section%line)
       return
     end if
     section%middle = section%middle(:, :section%strips)
@@ -139,7 +147,7 @@ contains
         ok = section%wave(w) > 0
         if (w > 1) ok = section%wave(w) > section%wave(w - 1)
         next = next - 1
-        if (.not. ok .or. w == most_waves) call complain('wave numbers above 0 that grow, less than '//str(most_waves))
+        if (.not. ok .or. w == most_waves) call complain('wave numbers above 0 that grow, fewer than '//str(most_waves)//' of them')
         if (allocated(error)) return
         next = next + 1
         do i = 1, section%strips
@@ -198,7 +206,7 @@ contains
         end do
         ok = ok .and. rest == ''
       end if
-      if (.not. ok) call complain(adjustl(word//' '//str(size(x))//' numbers'))
+      if (.not. ok) call complain(trim(adjustl(word//' '//str(size(x))//' numbers')))
       if (ok) next = next + 1
     end subroutine get
 

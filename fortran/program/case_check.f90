@@ -64,12 +64,13 @@ contains
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(29), parameter :: names(5) = [character(29) :: 'the namelist itself', '&profiles wheel_profile', &
-      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right']
+    character(29), parameter :: names(6) = [character(29) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&contact bodies']
     character(max(len(file), text_length)) :: paths(size(names))
     integer :: i
 
-    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right]
+    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right, c%bodies]
+    if (c%influence /= 'bodies') paths(6) = ''
     if (file == 'standard input') paths(1) = '-'
     do i = 1, size(names)
       if (paths(i) == '') cycle
