@@ -18,7 +18,7 @@ module body_influence
   character(*), parameter, public :: body_kinds(2) = [character(5) :: 'wheel', 'rail']
 
   integer, parameter :: n_x = 41                  ! values of G over x
-  real(dp), parameter :: step_x = 3e-3_dp         ! between them [m]; beyond the last one G is that of the last one
+  real(dp), parameter :: step_x = 3e-3_dp         ! between them [m]
 
   !> The body of a wheel or of a rail.
   type :: body_type
@@ -107,7 +107,7 @@ contains
     real(dp), intent(in) :: foot(:, :)     !! stations of the rail that the rows of elements are pressed on, (ns, grid) [m]
     real(dp), intent(in) :: e_star         !! [Pa]
     real(dp), intent(inout) :: A(:, :)
-    real(dp) :: v(nx, nx), station(ns, size(mesh), 2), x(nx, size(mesh)), of_x(n_x), half, away(2)
+    real(dp) :: v(nx, nx), station(ns, size(mesh), 2), x(nx, size(mesh)), of_x(n_x), half, away(2), length
     type(cubic_type) :: strip(ns, size(mesh), size(bodies)), near(nx, nx), far(nx, nx)
     type(row_type) :: row(size(bodies))
     integer :: b, g, h, i, j, k, l, at, other, last
@@ -125,8 +125,8 @@ contains
     do h = 1, size(mesh)
       do g = 1, h
         do k = 1, nx
-          near(:, k) = cubic(abs(x(:, g) - x(k, h))/step_x, n_x)
-          far(:, k) = cubic((x(:, g) + x(k, h))/step_x, n_x)
+          near(:, k) = apart(abs(x(:, g) - x(k, h)))
+          far(:, k) = apart(x(:, g) + x(k, h))
         end do
         last = maxval(far(nx, nx)%place)
         do j = 1, ns
@@ -148,9 +148,10 @@ contains
             if (has_rail .and. (g /= h .or. j /= l)) then
               half = cos(angle(j, g) - angle(l, h))/(2*pi)
               away = abs(station(j, g, :) - station(l, h, :))
+              length = (mesh(g)%dx + mesh(h)%dx)/2
               do k = 1, nx
-                v(:, k) = v(:, k) + half*(further(x(:, g) - x(k, h), away(1), away(2)) &
-                  + further(x(:, g) + x(k, h), away(1), away(2)))
+                v(:, k) = v(:, k) + half*(further(x(:, g) - x(k, h), away(1), away(2), length) &
+                  + further(x(:, g) + x(k, h), away(1), away(2), length))
               end do
             end if
             v = v/e_star
@@ -201,7 +202,7 @@ contains
     here = [s, foot_s]
     do g = 1, size(mesh)
       x = [((i - 0.5_dp)*mesh(g)%dx, i=1, size(x))]
-      along = cubic(x/step_x, n_x)
+      along = apart(x)
       last = maxval(along(size(x))%place)
       there(:, of_wheel) = [(mesh(g)%low + (j - 0.5_dp)*mesh(g)%ds, j=1, size(there, 1))]
       there(:, of_rail) = foot(:, g)
@@ -214,7 +215,7 @@ contains
         call sum_rows(row, strip(j, :), last, of_x)
         one = [(value(along(i), of_x), i=1, size(x))]
         if (any(bodies%kind == of_rail)) one = one + cos(angle(j, g) - angle_s)/(2*pi) &
-          *further(x, abs(there(j, 1) - here(1)), abs(there(j, 2) - here(2)))
+          *further(x, abs(there(j, 1) - here(1)), abs(there(j, 2) - here(2)), mesh(g)%dx)
         u = u + 2*dot_product(f(:, j, g), one)/e_star
       end do
     end do
@@ -266,12 +267,23 @@ contains
     strip_of = cubic((station - body%first)/body%width, size(body%g, 2))
   end function strip_of
 
-  !> By how much a load's influence on a point is larger at another distance, over x [1/m].
-  elemental real(dp) function further(x, away, instead)
-    real(dp), intent(in) :: x, away, instead   !! [m]
+  !> By how much a load's influence on a point is larger at another distance, over x [1/m]. The load is spread over the length of an
+  !> element: within a quarter of it the influence hardly grows any more. Where places of the wheel share one of the rail, they are
+  !> apart by half their distance on the wheel at least.
+  elemental real(dp) function further(x, away, instead, length)
+    real(dp), intent(in) :: x, away, instead, length   !! [m]
 
-    further = 1/sqrt(x**2 + instead**2) - 1/sqrt(x**2 + away**2)
+    further = 1/sqrt(x**2 + max(instead, away/2)**2 + (length/4)**2) - 1/sqrt(x**2 + away**2 + (length/4)**2)
   end function further
+
+  !> Where a distance along x is among the values of G.
+  elemental type(cubic_type) function apart(x)
+    real(dp), intent(in) :: x              !! [m]
+    real(dp), parameter :: last = (n_x - 1)*step_x
+
+    apart = cubic(x/step_x, n_x)
+    apart%weight = apart%weight*last/max(x, last)
+  end function apart
 
   pure real(dp) function value(at, values)
     type(cubic_type), intent(in) :: at

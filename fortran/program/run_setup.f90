@@ -102,7 +102,7 @@ contains
           call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
             c%rolling_radius, side%pair, error)
         end if
-        if (.not. allocated(error) .and. c%influence == 'bodies') then
+        if (.not. allocated(error) .and. c%formulation == 'elastic' .and. c%influence == 'bodies') then
           faulty = ''
           call read_bodies(trim(c%bodies), [wheel%curve, rail%curve], files(:, k), c%poisson, side%pair%bodies, setup%bodies_sum, &
             error)

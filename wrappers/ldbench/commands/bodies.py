@@ -2,7 +2,8 @@
 
 Finite elements of the cross-sections, with loads that are waves along the rolling direction: wheel and rail do not change along it.
 The profile goes on straight to a base; behind it the body is infinite, or clamped. Both are assumptions, between which most real
-wheels and rails lie; their span says how much that matters.
+wheels and rails lie; their span says how much that matters. Outlines end where the plate or the web begins: these would bend like
+prisms, which they are not.
 
 examples:
   python -m ldbench bodies inputs/ex2_aw.nml -o aw.bodies
@@ -35,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--head-depth", type=float, metavar="MM", default=1e3*HEAD_DEPTH,
                         help="depth of the head's base below the rail's top (%(default)g mm)")
     parser.add_argument("--rim", metavar="FILE",
-                        help="outline of the wheel's section: a closed polygon, y and z in mm as in the profile")
-    parser.add_argument("--head", metavar="FILE", help="outline of the rail's section")
+                        help="outline of the rim, without a plate: a closed polygon, y and z in mm as in the profile")
+    parser.add_argument("--head", metavar="FILE", help="outline of the rail's head, without a web")
     parser.add_argument("--only", choices=["wheel", "rail"], help="one kind of body; the other one stays a half-space")
     add_output(parser, "the file of the bodies", default="ldbench.bodies")
     add_json(parser)
