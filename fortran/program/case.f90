@@ -11,8 +11,7 @@ module case
   use text, only: shortest, str
   implicit none
   private
-  public :: case_type, variable_type, list_variables, admissible, case_title, output_path, right_table_path, value_text, &
-    range_text, text_length
+  public :: case_type, variable_type, list_variables, admissible, case_title, output_path, value_text, range_text, text_length
 
   integer, parameter :: text_length = 256
 
@@ -54,7 +53,7 @@ module case
     character(text_length) :: influence = 'local'
     real(dp) :: stiffness_scale = 1
     ! &table
-    character(text_length) :: table_file = ''
+    character(text_length) :: table_folder = ''
     type(extent_type) :: extent
     real(dp) :: accuracy = 2e-3_dp
     ! &integrator
@@ -154,7 +153,8 @@ contains
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
       'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
     call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
-    call all%add('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
+    call all%add('table', 'folder', c%table_folder, '', &
+      'folder that keeps what was solved of contact tables for later runs; the empty name keeps nothing')
     call all%add('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', &
       'the table covers this shift of a wheel to either side')
     call all%add('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
@@ -326,15 +326,6 @@ contains
     if (words == 'awprof.yz on arprof.yz') words = 'actual profiles'
     if (words == 'swprof.yz on srprof.yz') words = 'simplified profiles'
   end function pair_words
-
-  !> Path of the right contact table, for sides whose profiles may differ.
-  function right_table_path(c) result(path)
-    type(case_type), intent(in) :: c
-    character(len_trim(c%table_file) + 6) :: path
-
-    path = ''
-    if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) path = trim(c%table_file)//'.right'
-  end function right_table_path
 
   !> Path of the column file, padded with blanks.
   function output_path(c) result(path)

@@ -2,7 +2,7 @@
 program ldbench
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
+  use case, only: case_type, list_variables, output_path, range_text, value_text, variable_type
   use case_check, only: check_case, check_writable
   use case_reader, only: read_case
   use errors, only: error_type, fatal_error, place_error
@@ -67,9 +67,7 @@ contains
     call read_lines(path, lines, error)
     if (.not. allocated(error)) call read_case(file, lines, c, error)
     if (.not. allocated(error)) call check_case(file, c, error)
-    if (.not. allocated(error)) call check_writable(file, 'output', trim(output_path(c)), error)
-    if (.not. allocated(error)) call check_writable(file, 'table', trim(c%table_file), error)
-    if (.not. allocated(error)) call check_writable(file, 'table', right_table_path(c), error)
+    if (.not. allocated(error)) call check_writable(file, trim(output_path(c)), error)
     if (allocated(error)) return
     call prepare(c, setup, error)
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)

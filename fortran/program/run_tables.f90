@@ -1,16 +1,15 @@
 !> The contact tables of a run.
 module run_tables
-  use case, only: case_type, right_table_path, text_length
+  use case, only: case_type
   use contact_law, only: law_type
   use contact_table, only: table_type
   use contact_zones, only: side_type
-  use errors, only: error_type
-  use fingerprint, only: table_sources
+  use errors, only: error_type, place_error
   use hertz, only: contact_modulus
   use kinds, only: dp
   use profile, only: profile_type
   use run_setup, only: setup_type
-  use table_file, only: load_values, save_values
+  use table_file, only: load_values, save_values, table_path
   use table_layout, only: lay_out
   use text, only: str
   implicit none
@@ -19,60 +18,51 @@ module run_tables
 
 contains
 
-  !> Make the contact tables of both sides, with what their files keep. Sides with the same profiles share one.
-  subroutine open_tables(c, setup, error)
+  !> Make the contact tables of both sides, with what the folder keeps. Sides with the same profiles share one.
+  subroutine open_tables(c, setup)
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
-    type(error_type), allocatable, intent(out) :: error
 
     allocate (setup%wheelset%table)
     setup%wheelset%right_table => setup%wheelset%table
     if (.not. setup%symmetric) allocate (setup%wheelset%right_table)
-    call open_table(c, setup, 1, setup%wheelset%table, error)
-    if (.not. (setup%symmetric .or. allocated(error))) call open_table(c, setup, 2, setup%wheelset%right_table, error)
+    call open_table(c, setup, 1, setup%wheelset%table)
+    if (.not. setup%symmetric) call open_table(c, setup, 2, setup%wheelset%right_table)
   end subroutine open_tables
 
-  subroutine open_table(c, setup, side, table, error)
+  subroutine open_table(c, setup, side, table)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     integer, intent(in) :: side            !! 1 left, 2 right
     type(table_type), intent(inout) :: table
-    type(error_type), allocatable, intent(out) :: error
     logical :: found
 
     call lay_out(law_of(c, setup%side(side)), table_key(c, setup%wheel(side), setup%rail(side)), table)
     table%threshold = setup%side(side)%threshold
-    if (path_of(c, side) /= '') call load_values(path_of(c, side), table, found, error)
+    if (c%table_folder /= '') call load_values(table_path(trim(c%table_folder), table), table, found)
   end subroutine open_table
 
-  !> Write what the tables have learnt to their files. A file that cannot be written is no error, for it only saves time; then
+  !> Write what the tables have learnt to the folder. A file that cannot be written is no error, for it only saves time; then
   !> `warning` says so.
   subroutine keep_tables(c, setup, warning)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(error_type), allocatable, intent(out) :: warning
 
-    call keep_table(path_of(c, 1), setup%wheelset%table, warning)
-    if (.not. (setup%symmetric .or. allocated(warning))) call keep_table(path_of(c, 2), setup%wheelset%right_table, warning)
+    if (c%table_folder == '') return
+    call keep_table(setup%wheelset%table)
+    if (.not. (setup%symmetric .or. allocated(warning))) call keep_table(setup%wheelset%right_table)
+
+  contains
+
+    subroutine keep_table(table)
+      type(table_type), intent(inout) :: table
+
+      if (table%solutions(1) > table%kept) call save_values(table_path(trim(c%table_folder), table), table, warning)
+      if (allocated(warning)) call place_error(warning, group='table', variable='folder')
+    end subroutine keep_table
+
   end subroutine keep_tables
-
-  subroutine keep_table(path, table, warning)
-    character(*), intent(in) :: path
-    type(table_type), intent(inout) :: table
-    type(error_type), allocatable, intent(out) :: warning
-
-    if (path /= '' .and. table%solutions(1) > table%kept) call save_values(path, table, warning)
-  end subroutine keep_table
-
-  !> The file of a side's table.
-  function path_of(c, side) result(path)
-    type(case_type), intent(in) :: c
-    integer, intent(in) :: side            !! 1 left, 2 right
-    character(:), allocatable :: path
-
-    if (side == 1) path = trim(c%table_file)
-    if (side == 2) path = trim(right_table_path(c))
-  end function path_of
 
   !> The law of a side. It does not depend on the other side.
   type(law_type) function law_of(c, side)
@@ -94,13 +84,13 @@ contains
     end associate
   end subroutine free_tables
 
-  !> All that the table of a side depends on, in words; `table_sources` is the checksum of the sources that make tables.
+  !> All that the table of a side depends on beside the program, in words.
   function table_key(c, wheel, rail) result(key)
     type(case_type), intent(in) :: c
     type(profile_type), intent(in) :: wheel, rail
     character(:), allocatable :: key
 
-    key = 'ldbench '//table_sources//' model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum// &
+    key = 'model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum// &
       ' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
       ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
       ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)// &

@@ -36,8 +36,8 @@ contains
     call place_sides(c, setup, error)
     if (allocated(error)) return
     setup%modes = merge(3, 1, c%formulation == 'elastic')
-    if (c%formulation == 'elastic') call open_tables(c, setup, error)
-    if (.not. allocated(error)) call set_wheelset(c, setup, error)
+    if (c%formulation == 'elastic') call open_tables(c, setup)
+    call set_wheelset(c, setup, error)
     call cpu_time(to)
     setup%seconds = to - from
   end subroutine prepare

@@ -1,20 +1,23 @@
-!> What contact tables keep in files: the values that were solved. A file saves time, and no result depends on it.
+!> What contact tables keep in a folder: the values that were solved, a file for every key. A file saves time, and no result depends
+!> on it.
 !>
 !> A file consists of words of 64 bits, of which the last one is a checksum of the others. The procedures `pass...` say once what a
 !> file holds: they write it, or read it from a file whose checksum is right.
 module table_file
   use, intrinsic :: iso_fortran_env, only: int64
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use errors, only: error_type, fatal_error, refuse
-  use kinds, only: dp
   use contact_table, only: table_type
-  use system, only: scratch_file
+  use errors, only: error_type, fatal_error
+  use fingerprint, only: table_sources
+  use kinds, only: dp
+  use system, only: last_slash, make_folder, read_file, scratch_file
+  use text, only: lower
   implicit none
   private
-  public :: save_values, load_values
+  public :: save_values, load_values, table_path
 
-  ! Files of other versions of the program have something else behind the kind, or another key.
-  character(*), parameter :: kind = 'ldbench contact table', magic = kind//'   '
+  ! `table_sources` is the checksum of the sources that make tables: what another version of the program has solved is not used.
+  character(*), parameter :: magic = 'ldbench contact table '//table_sources
 
   !> The words of a file that is being written or read.
   type :: words_type
@@ -26,54 +29,62 @@ module table_file
 
 contains
 
-  !> Write the values of a table to a file, complete or not at all. A file that cannot be written is an error.
+  !> The path of a table in a folder. The name tells the law, and the key by its checksum, so that tables of different keys have
+  !> different files. Versions of the program replace each other's.
+  function table_path(folder, table) result(path)
+    character(*), intent(in) :: folder
+    type(table_type), intent(in) :: table
+    character(:), allocatable :: path
+    character(16) :: number
+
+    write (number, '(z16.16)') checksum(words_of(table%key))
+    path = folder(:verify(folder, '/\', back=.true.))//'/'//trim(table%law%model)//'_'//lower(number)//'.table'
+  end function table_path
+
+  !> Write the values of a table to its file, together with those that other runs have added to the file, complete or not at all.
+  !> The folder is made if it is missing. A file that cannot be written is an error.
   subroutine save_values(file, table, error)
     character(*), intent(in) :: file
     type(table_type), intent(inout) :: table
     type(error_type), allocatable, intent(out) :: error
+    type(table_type), allocatable :: both
     type(scratch_file) :: out
     type(words_type) :: s
     integer(int64) :: last(1)
+    logical :: found
 
+    ! A copy, because other threads may read the table, and because summaries tell what a run found when it began.
+    allocate (both, source=table)
+    call load_values(file, both, found)
     allocate (s%word(0))
-    call pass_table(s, table)
+    call pass_table(s, both)
     last = checksum(s%word(:s%n))
     call pass(s, last)
+    call make_folder(file(:last_slash(file) - 1))
     call out%begin(file)
     call out%put(transfer(s%word(:s%n), repeat(' ', 8*s%n)))
     call out%finish()
-    if (.not. out%ok) call fatal_error(error, 'cannot be written', group='table', variable='file', detail=' = '//file)
+    if (.not. out%ok) call fatal_error(error, 'cannot be written; later runs solve their contacts anew', file)
     if (out%ok) table%kept = table%solutions(1)
   end subroutine save_values
 
-  !> Read the values of a table that has its points. `found` is false if the file is absent, damaged or made for something else.
-  !> A file that is no table is an error, for the table would replace it.
-  subroutine load_values(file, table, found, error)
+  !> Add the values of a file to a table that has its points. `found` is false if the file is absent, damaged or made for something
+  !> else.
+  subroutine load_values(file, table, found)
     character(*), intent(in) :: file
     type(table_type), intent(inout) :: table
     logical, intent(out) :: found
-    type(error_type), allocatable, intent(out) :: error
     type(words_type) :: s
-    character(len(kind)) :: mark
-    integer(int64) :: bytes
-    integer :: unit, stat, n
+    character(:), allocatable :: bytes
+    logical :: opened
+    integer :: n
 
-    found = .false.
-    open (newunit=unit, file=file, access='stream', form='unformatted', action='read', status='old', iostat=stat)
-    if (stat /= 0) return
-    inquire (unit=unit, size=bytes)
-    n = int(min(bytes, len(kind, int64)))
-    read (unit, iostat=stat) mark(:n)
-    if (stat /= 0 .or. mark(:n) /= kind(:n)) then
-      call refuse(error, 'a contact table or no file', 'a file of another kind', &
-        group='table', variable='file', detail=' = '//file, rest='; name another one')
-    else if (n == len(kind) .and. modulo(bytes, 8_int64) == 0) then
-      allocate (s%word(bytes/8), stat=stat)
-      if (stat == 0) read (unit, pos=1, iostat=stat) s%word
-      n = size(s%word) - 1
-      if (stat == 0) found = s%word(n + 1) == checksum(s%word(:n))
-    end if
-    close (unit)
+    call read_file(file, bytes, opened, found)
+    n = len(bytes)/8 - 1
+    found = found .and. n >= 0 .and. modulo(len(bytes), 8) == 0
+    if (.not. found) return
+    s%word = transfer(bytes, 0_int64, n + 1)
+    found = s%word(n + 1) == checksum(s%word(:n))
     if (.not. found) return
     s%reading = .true.
     call pass_table(s, table)
@@ -84,16 +95,16 @@ contains
   subroutine pass_table(s, table)
     type(words_type), intent(inout) :: s
     type(table_type), intent(inout) :: table
-    integer(int64) :: head(2)
+    integer(int64) :: head(1)
     integer :: i
 
     call pass_text(s, magic)
-    head(1) = len(table%key)
-    call pass(s, head(:1))
+    head = len(table%key)
+    call pass(s, head)
     s%ok = s%ok .and. head(1) == len(table%key)
     if (s%ok) call pass_text(s, table%key)
     if (.not. s%ok) return
-    head = table%solutions
+    head = table%solutions(2)
     call pass(s, head)
     do i = 1, size(table%zones)
       associate (t => table%zones(i))
@@ -107,10 +118,26 @@ contains
       end do
     end if
     if (.not. (s%reading .and. s%ok)) return
-    table%solutions = int(head)
+    table%solutions = [solved(table), max(table%solutions(2), int(head(1)))]
     table%found = table%solutions(1)
     table%kept = table%found
   end subroutine pass_table
+
+  !> Number of half-space solutions that the values of a table came from (see `table_growth`).
+  pure integer function solved(table)
+    type(table_type), intent(in) :: table
+    integer :: i
+
+    solved = 0
+    do i = 1, size(table%zones)
+      solved = solved + count(.not. ieee_is_nan(table%zones(i)%s_at(2:, :, :)))
+    end do
+    if (.not. allocated(table%pairs)) return
+    do i = 1, size(table%pairs)
+      ! One solution has the influences of all zones on the second one.
+      if (table%pairs(i)%zone(1) == 1) solved = solved + count(.not. ieee_is_nan(table%pairs(i)%c_at))
+    end do
+  end function solved
 
   !> Pass the known ones of n values, behind their number and their places.
   subroutine pass_values(s, n, x)
@@ -153,19 +180,26 @@ contains
     s%n = n
   end subroutine pass
 
-  !> Pass a text, which a file that is read must have. Blanks fill up the last word.
+  !> Pass a text, which a file that is read must have.
   subroutine pass_text(s, text)
     type(words_type), intent(inout) :: s
     character(*), intent(in) :: text
-    integer(int64) :: expected((len(text) + 7)/8), word((len(text) + 7)/8)
+    integer(int64) :: word((len(text) + 7)/8)
+
+    word = words_of(text)
+    call pass(s, word)
+    s%ok = s%ok .and. all(word == words_of(text))
+  end subroutine pass_text
+
+  !> A text as words. Blanks fill up the last one.
+  pure function words_of(text) result(word)
+    character(*), intent(in) :: text
+    integer(int64) :: word((len(text) + 7)/8)
     character(8*size(word)) :: filled
 
     filled = text
-    expected = transfer(filled, expected)
-    word = expected
-    call pass(s, word)
-    s%ok = s%ok .and. all(word == expected)
-  end subroutine pass_text
+    word = transfer(filled, word)
+  end function words_of
 
   !> Return a number that changes with every word. Between two words the generator xorshift64 makes a step (G. Marsaglia,
   !> J. Stat. Softw. 8 (2003) 14), which is invertible and has the period 2^64 - 1.  The CRC-32 of profiles, which a user can

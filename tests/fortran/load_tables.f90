@@ -1,10 +1,9 @@
 !> Files as the contact table of a case, whatever they hold.
 !>
 !> usage: load_tables case.nml < paths
-!> Answers for each path, one a line: used, missing, or the error.
+!> Answers for each path, one a line: used or missing.
 program load_tables
   use case, only: case_type
-  use errors, only: error_type
   use contact_table, only: table_type
   use shared, only: read_prepared
   use run_setup, only: setup_type
@@ -28,16 +27,11 @@ contains
 
   subroutine answer()
     type(table_type) :: table
-    type(error_type), allocatable :: error
     logical :: found
 
     call lay_out(setup%wheelset%table%law, setup%wheelset%table%key, table)
-    call load_values(trim(path), table, found, error)
-    if (allocated(error)) then
-      print '(a)', error%message
-    else
-      print '(a)', trim(merge('used   ', 'missing', found))
-    end if
+    call load_values(trim(path), table, found)
+    print '(a)', trim(merge('used   ', 'missing', found))
     flush (6)
   end subroutine answer
 

@@ -1,5 +1,4 @@
 """Placement, rigid geometry and the contact potential, against exact answers."""
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,12 +20,11 @@ from probes import (
     left_rail,
     left_wheel,
     poses,
-    table_file,
     tangent_angles,
     turned,
 )
 from round_profiles import hertz
-from running import PAIRS, Run
+from running import PAIRS, Run, kept_tables
 
 
 @pytest.fixture(scope="module", params=PAIRS)
@@ -35,15 +33,15 @@ def pair(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def table(pair: str, shipped: dict[str, Run]) -> ContactTable:
+def table(pair: str) -> ContactTable:
     """The table of the shipped inputs."""
-    return ContactTable(Case.exercise(2, pair).replace(table_file=table_file(shipped, pair)))
+    return ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables()))
 
 
 @pytest.fixture(scope="module")
-def strips(pair: str, strip_tables: dict[str, Path]) -> ContactTable:
+def strips(pair: str) -> ContactTable:
     """A table with the strips' contact law."""
-    return ContactTable(Case.exercise(2, pair).replace(model="strip", table_file=strip_tables[pair]))
+    return ContactTable(Case.exercise(2, pair).replace(model="strip", table_folder=kept_tables()))
 
 
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
@@ -93,7 +91,7 @@ def test_clearance(pair: str, table: ContactTable):
 
 def test_geometry_functions(pair: str):
     """Roll and height of the rigid wheelset are those of the exact pendulum, cone on round heads."""
-    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_file="")).geometry()
+    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_folder="")).geometry()
     rail = Pendulum.of(pair)
     on_tread = np.abs(g["Y"]) < 0.95*CLEARANCES[pair]
     g = {name: column.to_numpy()[on_tread] for name, column in g.items()}

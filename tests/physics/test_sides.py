@@ -39,7 +39,7 @@ def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
 
 
 def two_sided(formulation: str = "elastic", left: dict[str, str] = LEFT, right: dict[str, str] = RIGHT, **changes) -> Case:
-    return Case.exercise(2).replace(table_file="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
+    return Case.exercise(2).replace(table_folder="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
                                     **profiles(left, right)).replace(**changes)
 
 
@@ -67,7 +67,7 @@ def test_the_same_file_twice_is_the_default(formulation: str, tmp_path: Path):
     shutil.copy(REPO / "profiles/arprof.yz", tmp_path / "copy.yz")
     found = []
     for right in ({}, {"wheel_profile_right": REPO / "profiles/awprof.yz", "rail_profile_right": tmp_path / "copy.yz"}):
-        text = short_case(tmp_path, profiles=right, contact={"formulation": formulation}, table={"file": tmp_path / "table"})
+        text = short_case(tmp_path, profiles=right, contact={"formulation": formulation}, table={"folder": tmp_path/"tables"})
         done = run_case(text, tmp_path)
         assert "rigid-axle clearance [mm]: left 10.180, right 10.180\n" in done.stdout, done.stderr
         found.append(rows(tmp_path / "columns.txt"))

@@ -1,5 +1,6 @@
 """Contact tables: their errors, what they keep, and that no result depends on what came before."""
 import os
+import random
 import re
 import subprocess
 import threading
@@ -14,7 +15,7 @@ from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
 from probes import left_rail, left_wheel, tangent_angles, turned
-from running import HANG, LDBENCH, Run, header, rows, run_case
+from running import HANG, LDBENCH, REPO, Run, header, kept_tables, rows, run_case
 
 SERVICE = "tread", "flange", "both"
 
@@ -54,7 +55,7 @@ def drawn(pair: str, n: int) -> np.ndarray:
 @pytest.mark.parametrize("pair", ["aw", pytest.param("sw", marks=pytest.mark.slow)])
 def test_errors_in_poses_that_no_run_chose(pair: str, model: str):
     """The force is the central difference of the energy of direct solutions, in poses that a wheelset on both rails can have."""
-    table = ContactTable(Case.exercise(2, pair).replace(model=model, table_file=""))
+    table = ContactTable(Case.exercise(2, pair).replace(model=model, table_folder=""))
     poses = drawn(pair, 4000)
     force = np.linalg.norm(table.forces_by_contact(*poses.T, outside="nan")[..., :2], axis=2)
     poses = poses[(force.max(axis=1) < 1e6) & (np.abs(poses[:, 0]) < table.clearance + 2e-3)][:150]
@@ -66,7 +67,7 @@ def test_errors_in_poses_that_no_run_chose(pair: str, model: str):
 def test_merged_patches_have_the_force_of_the_whole_wheel():
     """Where a wheel that is dropped on tread and flange carries up to 2.5 MN, its table is right, and its force does not exceed the
     sum of the loads of the pressed patches."""
-    table = ContactTable(Case.exercise(2, "aw").replace(table_file=""))
+    table = ContactTable(Case.exercise(2, "aw").replace(table_folder=""))
     rng = np.random.default_rng(3)
     y, drop, roll = rng.uniform([9.8e-3, 0.2e-3, -1e-3], [10.8e-3, 0.9e-3, 1e-3], (60, 3)).T
     z = table.equilibrium - drop
@@ -84,7 +85,7 @@ def test_merged_patches_have_the_force_of_the_whole_wheel():
 def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Summary, results of the column file, the run in Python and `python -m ldbench table`."""
     run = shipped["ex2_aw"]
-    case = Case.exercise(2, "aw").replace(table_file=run.file.parent/"aw_halfspace.table")
+    case = Case.exercise(2, "aw").replace(table_folder=kept_tables())
     told_by_file = read_data(run.file).header.table_errors
     assert set(told_by_file) == set(SERVICE) and ldbench.run(case).header.table_errors == told_by_file
     assert {place: (f"{rms:.2E}", f"{largest:.2E}") for place, (rms, largest) in told_by_file.items()} == stated(run.summary)
@@ -112,7 +113,7 @@ def test_less_accuracy_than_was_asked_for_is_told(tmp_path: Path):
 def test_more_accuracy_is_more_points_and_less_error():
     error, size = [], []
     for accuracy in 3e-2, 1e-4:
-        run = ldbench.run(Case.exercise(2).replace(model="strip", table_file="", t_end=0.03, stop_at="t_end", accuracy=accuracy))
+        run = ldbench.run(Case.exercise(2).replace(model="strip", table_folder="", t_end=0.03, stop_at="t_end", accuracy=accuracy))
         points = re.findall(r"(\d+) x (\d+) x (\d+)", run.text)        # of every zone: across, over roll, over root of the depth
         size.append(sum(int(a)*int(b)*int(c) for a, b, c in points))
         error.append(max(rms for rms, _ in run.header.table_errors.values()))
@@ -122,25 +123,29 @@ def test_more_accuracy_is_more_points_and_less_error():
 # What came before
 
 
+def tables_in(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
 def columns_of(case: Case, folder: Path) -> bytes:
     return Path(ldbench.run(case).write(folder/f"{case.name}.txt")).read_bytes()
 
 
 def test_results_do_not_depend_on_what_a_table_has_solved(tmp_path: Path):
-    """From nothing, from a file, after another case on the same table, and in threads that grow it at once."""
-    case = Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", table_file=tmp_path/"aw.table")
-    other = Case.exercise(3, "aw").replace(t_end=0.03, stop_at="t_end", table_file=tmp_path/"aw.table", vY=0.9)
-    alone = columns_of(case.replace(table_file=""), tmp_path)
-    table = ContactTable(other.replace(table_file=""))
-    ldbench.run(other.replace(table_file=""), table=table)
+    """From nothing, from a folder, after another case on the same table, and in threads that grow it at once."""
+    case = Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", table_folder=tmp_path/"tables")
+    other = Case.exercise(3, "aw").replace(t_end=0.03, stop_at="t_end", vY=0.9)
+    alone = columns_of(case.replace(table_folder=""), tmp_path)
+    table = ContactTable(other.replace(table_folder=""))
+    ldbench.run(other.replace(table_folder=""), table=table)
     before, _, _ = table.solutions
-    after = ldbench.run(case.replace(table_file=""), table=table)
+    after = ldbench.run(case.replace(table_folder=""), table=table)
     assert table.solutions[0] > before > 0
     assert Path(after.write(tmp_path/"after.txt")).read_bytes() == alone
-    shared, found = ContactTable(case.replace(table_file="")), {}
+    shared, found = ContactTable(case.replace(table_folder="")), {}
 
     def work(k: int) -> None:
-        run = ldbench.run((case, other)[k % 2].replace(table_file=""), table=shared)
+        run = ldbench.run((case, other)[k % 2].replace(table_folder=""), table=shared)
         found[k] = Path(run.write(tmp_path/f"{k}.txt")).read_bytes()
 
     threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
@@ -149,9 +154,9 @@ def test_results_do_not_depend_on_what_a_table_has_solved(tmp_path: Path):
     for thread in threads:
         thread.join()
     assert found[0] == found[2] == alone and found[1] == found[3] != alone
-    in_file = [columns_of(case, tmp_path) for _ in range(2)]
-    assert ContactTable(case).solutions[1] > 0 and in_file[0] == in_file[1]
-    assert in_file[0].replace(str(tmp_path/"aw.table").encode(), b"") == alone.replace(str(tmp_path/"aw.table").encode(), b"")
+    kept = [columns_of(case, tmp_path) for _ in range(2)]
+    assert ContactTable(case).solutions[1] > 0 and kept[0] == kept[1]
+    assert kept[0].replace(str(tmp_path/"tables").encode(), b"") == alone
 
 
 def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
@@ -160,23 +165,96 @@ def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
     for threads in 1, 2, 4:
         work = tmp_path / str(threads)
         work.mkdir()
-        (work / "case.nml").write_text(short_case(Path(), contact={"model": "halfspace"}, table={"file": "a.table"}))
+        (work / "case.nml").write_text(short_case(Path(), contact={"model": "halfspace"}, table={"folder": "tables"}))
         for words in r" [1-9]\d* solutions, 0 found", r" 0 solutions, [1-9]\d* found":
             done = subprocess.run([LDBENCH, "case.nml"], cwd=work, capture_output=True, text=True, timeout=HANG,
                                   env=os.environ | {"OMP_NUM_THREADS": str(threads)})
             assert done.returncode == 0 and re.search(words, done.stdout), done.stdout + done.stderr
-            found.append(((work / "a.table").read_bytes(), rows(work / "columns.txt"), header(work / "columns.txt")))
+            found.append((tables_in(work / "tables"), rows(work / "columns.txt"), header(work / "columns.txt")))
     assert all(other == found[0] for other in found)
 
 
 def test_a_damaged_file_costs_time_and_nothing_else(tmp_path: Path):
-    """Every file that is cut short or has another bit is found to be none, and replaced."""
-    case = short_case(tmp_path, table={"file": tmp_path/"a.table"})
+    """Every file that is cut short, has another bit or is something else is found to be none, and replaced."""
+    case = short_case(tmp_path, table={"folder": tmp_path/"tables"})
     first = run_case(case, tmp_path)
-    whole, told = (tmp_path/"a.table").read_bytes(), header(tmp_path/"columns.txt")
+    file, = (tmp_path/"tables").iterdir()
+    whole, told = file.read_bytes(), header(tmp_path/"columns.txt")
     assert re.search(r" [1-9]\d* solutions, 0 found", first.stdout)
-    for damaged in whole[:-8], whole[:len(whole)//2], whole[:-200] + bytes([whole[-200] ^ 1]) + whole[-199:]:
-        (tmp_path/"a.table").write_bytes(damaged)
+    for damaged in whole[:-8], whole[:len(whole)//2], whole[:-200] + bytes([whole[-200] ^ 1]) + whole[-199:], b"", b"some text\n":
+        file.write_bytes(damaged)
         done = run_case(case, tmp_path)
         assert re.search(r" [1-9]\d* solutions, 0 found", done.stdout) and header(tmp_path/"columns.txt") == told
-        assert (tmp_path/"a.table").read_bytes() == whole
+        assert file.read_bytes() == whole
+
+
+SIMPLIFIED = {f"{what}_profile": REPO/f"profiles/s{what[0]}prof.yz" for what in ("wheel", "rail")}
+
+
+def test_cases_of_other_keys_share_a_folder(tmp_path: Path):
+    """Another speed grows the file of a pair; another pair, material or law has a file of its own. Each side of a wheelset has the
+    file of its pair."""
+    folder = tmp_path/"tables"
+
+    def run(**changes: dict[str, object]) -> dict[str, bytes]:
+        done = run_case(short_case(tmp_path, table={"folder": folder}, **changes), tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        return tables_in(folder)
+
+    (first, before), = run().items()
+    assert re.fullmatch(r"strip_[0-9a-f]{16}\.table", first)
+    faster = run(initial={"vY": 0.9}, integrator={"t_end": 2e-2, "dt": 1e-5})
+    assert faster.keys() == {first} and len(faster[first]) > len(before)
+    two = run(profiles=SIMPLIFIED)
+    run(material={"youngs_modulus": 2.06e11})
+    four = run(contact={"model": "hertz"})
+    assert [len(two), len(four)] == [2, 4] and [name.startswith("strip_") for name in sorted(four)] == [False, True, True, True]
+    assert two[first] == four[first] == faster[first]
+    both = run(profiles={f"{name}_right": file for name, file in SIMPLIFIED.items()})
+    assert {name for name, data in both.items() if four.get(name) != data} <= two.keys()
+
+
+def test_runs_at_the_same_time_both_add(tmp_path: Path):
+    """A run that ends keeps what another has kept since it began; one run after the other leaves the same bytes."""
+    case = Case.exercise(3).replace(model="strip", t_end=0.03, stop_at="t_end", table_folder=tmp_path/"at once", vY=0.7)
+    other = case.replace(vY=-0.9, output_file=tmp_path/"columns.txt")
+    table = ContactTable(case)
+    for name in "at once", "in turn":
+        assert run_case(other.replace(table_folder=tmp_path/name).to_namelist(), tmp_path).returncode == 0
+    before, = tables_in(tmp_path/"at once").values()
+    ldbench.run(case, table=table)
+    ldbench.run(case.replace(table_folder=tmp_path/"in turn"))
+    assert tables_in(tmp_path/"at once") == tables_in(tmp_path/"in turn")
+    after, = tables_in(tmp_path/"at once").values()
+    assert len(after) > len(before)
+    for one in case, other:
+        assert " 0 solutions, " in ldbench.run(one).text
+
+
+def test_order_of_runs_changes_nothing(tmp_path: Path):
+    """Ten runs that share a folder: their columns, and in the end the tables."""
+    cases = {f"{speed} {len(profiles)}": short_case(Path(), profiles=profiles, table={"folder": "tables"}, initial={"vY": speed})
+             for speed in (0.1, 0.3, 0.5, 0.9, -0.7) for profiles in ({}, SIMPLIFIED)}
+    found = []
+    for seed in range(3):
+        work = tmp_path/str(seed)
+        work.mkdir()
+        columns = {}
+        for name in random.Random(seed).sample(sorted(cases), len(cases)):
+            assert run_case(cases[name], work, cwd=work).returncode == 0
+            columns[name] = (work/"columns.txt").read_bytes()
+        found.append((columns, tables_in(work/"tables")))
+    assert found[0] == found[1] == found[2] and len(found[0][1]) == 2
+
+
+@pytest.mark.parametrize("folder", ["a file", "missing/tables", pytest.param("protected", marks=pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="may write anywhere"))])
+def test_a_folder_that_cannot_be_written_is_a_warning(folder: str, tmp_path: Path):
+    (tmp_path/"a file").touch()
+    (tmp_path/"protected").mkdir(mode=0o500)
+    assert run_case(short_case(tmp_path, table={"folder": ""}), tmp_path).returncode == 0
+    expected = rows(tmp_path/"columns.txt")
+    done = run_case(short_case(tmp_path, table={"folder": tmp_path/folder}), tmp_path)
+    assert done.returncode == 0 and rows(tmp_path/"columns.txt") == expected
+    assert re.fullmatch(r"ldbench: warning: &table folder: [^\n]*/" + folder + r"/strip_[^\n]*\.table: cannot be written; [^\n]*\n",
+                        done.stderr)

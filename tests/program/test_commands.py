@@ -54,7 +54,7 @@ def small_case(exercise: int, pair: str) -> Case:
     t_end = {1: 0.2, 2: 0.045, 3: 0.03, 4: 0.03, 5: 0.03}[exercise]
     model = {"model": "halfspace"} if pair == "aw" else {}
     return Case.exercise(exercise, pair).replace(**TINY | model, t_end=t_end, stop_at="t_end", interval=t_end/300, rows="interval",
-                                                 dt=t_end/900, table_file=f"outputs/{pair}.table")
+                                                 dt=t_end/900)
 
 
 @pytest.fixture(scope="module")

@@ -70,11 +70,9 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     # Files.
     ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),
     ({"output": {"file": "{here}/folder"}}, ("{here}/folder", "&output file: expected", "found")),
-    ({"table": {"file": "{here}/missing/x.table"}}, ("&table file", "{here}/missing/x.table")),
-    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found a file of another kind")),
     *((OWN | {"output": {"file": "columns.txt"}} | {group: {name: victim}},
        (f"&{group} {name}: expected a file of its own, found {victim}, which is ",))
-      for group, name, victim in (("table", "file", "./rail.yz"), ("output", "file", "case.nml"),
+      for group, name, victim in (("output", "file", "./rail.yz"), ("output", "file", "case.nml"),
                                   ("output", "file", "loop/wheel.yz")))]
 
 
@@ -142,7 +140,7 @@ COMMANDS: list[tuple[str, int, str]] = [
 @pytest.fixture(scope="module")
 def things(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("things")
-    case = Case.exercise(3, "aw").replace(model="hertz", table_file="", t_end=2e-3,
+    case = Case.exercise(3, "aw").replace(model="hertz", table_folder="", t_end=2e-3,
                                           output_file="columns.txt", wheel_profile=REPO/"profiles/awprof.yz",
                                           rail_profile=REPO/"profiles/arprof.yz")
     for name in "case", "other":

@@ -173,7 +173,7 @@ REAL, TEXT = "a number from ", "a text in quotes of at most 256 printable bytes"
     ({"interval": 1e-5}, "output interval", "at least the step", ""),
     ({"order": 2**32 + 4}, "integrator order", "a whole number from ", f"{2**32 + 4}"),
     ({"vY": 10**400}, "initial vY", REAL, f"{10**400}"), ({"vY0": 0.3}, "", "a namelist variable ", "vY0"),
-    ({"file": "x"}, "", "table_file or output_file", "file, which is ambiguous")])
+    ({"roll": 0.1}, "", "initial_roll or table_roll", "roll, which is ambiguous")])
 def test_changes_are_refused(change, place, expected, found):
     """The constructor refuses what `replace` refuses, unless the default step is shorter than that of the exercise."""
     case = ldbench.Case.exercise(1)
@@ -194,7 +194,7 @@ def test_changes_are_refused(change, place, expected, found):
     ids=["strip", "explicit", "ramp"])
 def test_file_and_summary_are_the_executables(case, tmp_path):
     reference = tmp_path/"executable.txt"
-    case = case.replace(output_file=reference, table_file=kept_tables()/f"{case.case_name}_{case.model}.table")
+    case = case.replace(output_file=reference, table_folder=kept_tables())
     case.to_namelist(tmp_path/"case.nml")
     done = subprocess.run([LDBENCH, tmp_path/"case.nml"], cwd=REPO, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 0, done.stderr
@@ -232,7 +232,7 @@ def test_a_table_serves_other_runs():
     other = first.replace(vY=0.9, roll_rate=0.03, mass=1600, vertical_load=150e3, lateral_force=2e3,
                           title="heavier", wheel_profile=str(REPO / "profiles/awprof.yz"))
     table = ldbench.ContactTable(first)
-    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_file=kept_tables()/"short.table"))
+    shared, alone = ldbench.run(other, table=table), ldbench.run(other.replace(table_folder=kept_tables()))
     assert shared.data.equals(alone.data)
     assert shared.table.equilibrium == alone.table.equilibrium != table.equilibrium
     assert shared.table.weight == pytest.approx(1600*9.81 + 150e3)
@@ -287,7 +287,7 @@ def test_progress_of_a_run_grows_until_an_exception_stops_it(tmp_path):
             raise Enough
 
     with pytest.raises(Enough):
-        ldbench.run(endless(tmp_path, table_file=""), progress=stop_at_the_third)
+        ldbench.run(endless(tmp_path, table_folder=""), progress=stop_at_the_third)
     shares = [share for stage, share in told if stage == "integration"]
     assert shares == sorted(shares) and 0 <= shares[0] < shares[-1] <= 1
     assert {stage for stage, _ in told} == {"integration"}
@@ -307,7 +307,7 @@ except KeyboardInterrupt:
 
 def test_control_c_stops_a_run_cleanly(tmp_path):
     """And the process goes on: a further run works."""
-    endless(tmp_path, table_file=kept_tables()/"short.table").to_namelist(tmp_path / "case.nml")
+    endless(tmp_path, table_folder=kept_tables()).to_namelist(tmp_path / "case.nml")
     process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path / "case.nml"], cwd=tmp_path, text=True,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout.readline() == "running\n"
@@ -416,7 +416,7 @@ def test_unreadable_columns_are_refused(content, columns, line, expected, found,
 
 def test_a_changed_case_does_not_replace_the_file_of_the_unchanged_one(tmp_path, capsys):
     file, namelist = tmp_path/"columns.txt", str(tmp_path/"case.nml")
-    coarse(3, "aw", t_end=1e-3, table_file=kept_tables()/"short.table", output_file=file).to_namelist(namelist)
+    coarse(3, "aw", t_end=1e-3, table_folder=kept_tables(), output_file=file).to_namelist(namelist)
     assert main(["run", namelist]) == 0
     earlier = file.read_bytes()
     capsys.readouterr()

@@ -245,7 +245,7 @@ def test_a_run_is_a_mapping_of_columns(elastic: tuple[ldbench.Run, ldbench.Run])
     ("derailment", 2.5, 0.3, "derailment", True), ("derailment", 0.5, 1e-3, "t_end, derailment not reached", False)])
 def test_a_run_succeeds_where_it_ends_as_stop_at_asks(stop_at: str, vY: float, t_end: float, ending: str, success: bool):
     run = ldbench.run(ldbench.Case.exercise(4).replace(
-        formulation="bilateral", interval=1e-4, dt=2e-5, table_file="", stop_at=stop_at, vY=vY, t_end=t_end))
+        formulation="bilateral", interval=1e-4, dt=2e-5, table_folder="", stop_at=stop_at, vY=vY, t_end=t_end))
     assert (run.ending, run.success) == (ending, success)
 
 

@@ -11,6 +11,7 @@ import ldbench
 import shapes
 from ldbench import Case, Profile, Trust
 from ldbench.__main__ import main
+from ldbench.ensembles.members import table_keys
 from ldbench.report.trusted import kept_trusts
 from ldbench.results.twins import TWINS, is_chaotic, twin_cases
 from ldbench.table import ContactTable
@@ -140,7 +141,7 @@ def test_rigid_contacts():
 
 
 def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
-    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_file="")
+    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_folder="")
     listed, notes = variations(case, True, tmp_path)
     cases = {one.name: one.case for one in listed}
     assert {name: one.influence for name, one in cases.items() if name.startswith("influence")} == {
@@ -194,9 +195,9 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Beside that of the case: a second call builds none, and another folder gets none."""
+    """In the folder of the case: a second call solves nothing."""
     monkeypatch.chdir(tmp_path)
-    case = THROWN.replace(table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(table_folder="outputs/tables", t_end=0.03, stop_at="t_end")
     tables: list[ContactTable] = []
     own = ContactTable._own
 
@@ -207,8 +208,7 @@ def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(ContactTable, "_own", noting)
     once = case.trust()
     built = [table for table in tables if table.solutions[1] == 0]
-    assert len(built) > 5 and Path("outputs/own.table").is_file()
-    assert len(list(Path("outputs/.ldbench").glob("own_*.table"))) == len({table.case.table_file for table in built}) - 1
+    assert len(list(Path("outputs/tables").iterdir())) == len({table_keys()(table.case) for table in built}) > 5
     tables.clear()
     assert case.trust() == once and all(table.solutions[0] == table.solutions[1] > 0 for table in tables)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["outputs"]

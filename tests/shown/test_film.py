@@ -88,7 +88,8 @@ def test_two_runs(world: World):
 
 def test_close_ups_are_where_the_rails_are():
     """The rail of a side is in the middle of the picture of this side, whatever the gauge."""
-    case = ldbench.Case.exercise(3).replace(formulation="unilateral", gauge=1.668, back_to_back=1.58504, t_end=1e-3, table_file="")
+    case = ldbench.Case.exercise(3).replace(formulation="unilateral", gauge=1.668, back_to_back=1.58504, t_end=1e-3,
+                                             table_folder="")
     picture = drawn(ldbench.run(case), end=1e-3)
     outlines = picture.actors[0].outlines
     for scene in picture.scenes[1:]:

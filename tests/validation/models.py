@@ -165,7 +165,7 @@ def pairs(folder: Path) -> Iterator[tuple[str, Case]]:
         Profile(points, "wheel", wheel_back=0.0, smoothing=0.0).write(files[0])
         Profile(rail, "rail", smoothing=0.0).write(files[1])
         yield f"{name}, actual rail", Case.exercise(1, "aw").replace(
-            wheel_profile=str(files[0]), rail_profile=str(files[1]), table_file="")
+            wheel_profile=str(files[0]), rail_profile=str(files[1]), table_folder="")
 
 
 JUDGED = 2, 4, 5            # exercises in whose runs forces are judged: flange contacts, thrown up, overturned
@@ -194,7 +194,7 @@ def stated_errors() -> tuple[list[Check], Table]:
     with tempfile.TemporaryDirectory() as folder:
         for name, case in pairs(Path(folder)):
             for model in STATED:
-                errors = errors_of(case.replace(contact_model=model, table_file=""))
+                errors = errors_of(case.replace(contact_model=model, table_folder=""))
                 rows.append([name, model, *(cell for place in PLACES for cell in (
                     (f"{errors[place][0]:.1e}", f"{errors[place][1]:.1e}") if place in errors else ("", "")))])
                 if (name, model) in BARS:
@@ -256,10 +256,6 @@ def first_contact(t: np.ndarray, force: np.ndarray, name: str) -> Contact:
     return Contact(t[max(begin - 1, 0):end + 1], force[max(begin - 1, 0):end + 1])
 
 
-def kept_table(pair: str, influence: str) -> str:
-    return f"outputs/{pair}_halfspace.table" if influence == "local" else f"outputs/{pair}_halfspace_{influence}.table"
-
-
 def tabulated(case: Case, name: str) -> tuple[ldbench.Run, Contact]:
     """A run of a case with the table, and its first flange contact."""
     run = ldbench.run(case.replace(dt=STEP, interval=STEP))
@@ -268,7 +264,7 @@ def tabulated(case: Case, name: str) -> tuple[ldbench.Run, Contact]:
 
 def shipped(exercise: int, pair: str, influence: str) -> Case:
     """The case of an exercise with a model of influence."""
-    return Case.exercise(exercise, pair).replace(influence=influence, table_file=kept_table(pair, influence))
+    return Case.exercise(exercise, pair).replace(influence=influence)
 
 
 def direct(case: Case, begin: float, t_end: float) -> Contact:
@@ -352,8 +348,7 @@ def law_deviations() -> tuple[list[Check], Table]:
     checks: list[Check] = []
     lines = []
     for pair in PAIRS:
-        tables = {model: ContactTable(Case.exercise(1, pair).replace(
-            contact_model=model, table_file=f"outputs/{pair}_{model}.table")) for model in MODELS}
+        tables = {model: ContactTable(Case.exercise(1, pair).replace(contact_model=model)) for model in MODELS}
         rows = poses_of(pair, tables, rng)
         exact = pressed(pair, rows)
         for model, table in tables.items():

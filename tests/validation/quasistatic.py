@@ -261,7 +261,7 @@ def section(short: bool = False) -> Section:
 
 
 # Two sides that differ: a wheel and a rail of the other pair on the right.
-MIXED = {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz", "table_file": ""}
+MIXED = {"wheel_profile_right": "profiles/swprof.yz", "rail_profile_right": "profiles/srprof.yz", "table_folder": ""}
 # Newton's tolerance of the equilibria, 1e-8 of the weight, leaves as much in the limit; the core's answer is asked for to 1e-6.
 LIMIT_BAR = 1e-6
 

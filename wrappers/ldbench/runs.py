@@ -180,8 +180,8 @@ class ComputedRun(Run):
 
 
 def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
-    """Run a case, or a namelist file; nothing is written but the contact table's file, if the case has one. For a mapping of
-    values make a case: `run(Case(values))`.
+    """Run a case, or a namelist file; nothing is written but contact tables, where the case names a folder for them. For a
+    mapping of values make a case: `run(Case(values))`.
 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
     with stage 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves

@@ -5,7 +5,6 @@ import functools
 import logging
 import math
 import os
-import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NoReturn
@@ -40,7 +39,7 @@ CELL = 16           # characters of a number in a file of columns
 # What a case may change and keep its contact table. Profiles are compared by their contents.
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
-              "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "file", "restitution")
+              "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "folder", "restitution")
 
 
 @functools.cache
@@ -48,9 +47,6 @@ def bound_places() -> list[int]:
     """Places of the variables, beside the profiles, that a contact table depends on."""
     return [k for k, variable in enumerate(variables()) if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES]
 
-
-# Held while the core may use a table file: gfortran does not open a file that another thread has open.
-_table_file = threading.Lock()
 
 # By the status of a pose.
 OUTSIDE = ("", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m",
@@ -94,15 +90,13 @@ class ContactTable:
     frequencies: tuple[float, ...]
 
     def __init__(self, case: Case | str | os.PathLike[str]) -> None:
-        """Prepare the table of a case, or of a namelist file, with what the table file keeps.
+        """Prepare the table of a case, or of a namelist file, with what the case's table folder keeps.
 
-        What a pose needs is solved when it is first asked for, and kept: by this table for all its poses and runs, and by the file
-        where the case names one.
+        What a pose needs is solved when it is first asked for, and kept: by this table for all its poses and runs, and in the
+        folder where the case names one.
         """
         case = Case.given(case)
-        paths = located(case)
-        with _table_file:
-            address, message, length = flat.prepare_case(*case.arrays(), paths)
+        address, message, length = flat.prepare_case(*case.arrays(), located(case))
         check(message, length, case.label)
         self._own(case, Handle(flat.free_prepared, address))
         log.info("%s: %r", case.label, self)
@@ -145,7 +139,7 @@ class ContactTable:
 
     @property
     def solutions(self) -> tuple[int, int, int]:
-        """Solutions in the tables of both sides, those of them that a file kept, and those that did not converge."""
+        """Solutions in the tables of both sides, those of them that the folder kept, and those that did not converge."""
         solved, found, failed = np.sum([flat.table_solutions(self._handle, side) for side in (1, 2)], axis=0).tolist()
         return solved, found, failed
 
@@ -280,7 +274,8 @@ class ContactTable:
         case, stiffness, made = self.case, "", f"formulation {self.case.formulation}: rigid contacts, no contact table"
         if case.formulation == "elastic":
             stiffness = f", vertical stiffness {1e-6*self.tangent(0.0, self.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
-            made = f"contact table: model {case.model}, {self._made}, {case.table_path() or 'not kept in a file'}"
+            kept = f"kept in {case.table_folder}" if case.table_folder else "not kept"
+            made = f"contact table: model {case.model}, {self._made}, {kept}"
         return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
                 f"equilibrium: axle {self.equilibrium:.6f} m above the rails, {1e3*self.sinking:.4f} mm lower than with rigid "
                 f"contacts, {1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made]
@@ -324,9 +319,9 @@ def core_files(case: Case) -> dict[str, str]:
 
 
 def located(case: Case) -> bytes:
-    """Paths of the case's files, as the core takes them: profiles, those of the right side, contact table."""
+    """Paths of the case's profiles, as the core takes them."""
     files = core_files(case)
-    paths = *(path_bytes(files.get(name, "")) for name in PROFILES), path_bytes(case.table_path())
+    paths = [path_bytes(files.get(name, "")) for name in PROFILES]
     for path in paths:
         if len(path) > TEXT_LENGTH:
             raise Error(file=case.label, group="profiles", expected=f"paths of at most {TEXT_LENGTH} characters",

@@ -109,7 +109,7 @@ def plus_minus(x: Estimate, factor: float = 1.0) -> str:
 @cache
 def hertz_table(profiles: str) -> ContactTable:
     """Our contact by Hertz's law for a pair of profiles."""
-    return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_file=""))
+    return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_folder=""))
 
 
 @quiet()

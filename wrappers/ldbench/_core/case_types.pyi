@@ -74,7 +74,7 @@ class Variables:
     contact_flange_angle: Final[float]
     stiffness_scale: Final[float]
     contact_stiffness_scale: Final[float]
-    table_file: Final[str]
+    table_folder: Final[str]
     lateral: Final[float]
     table_lateral: Final[float]
     lift: Final[float]
@@ -188,7 +188,7 @@ class Values(TypedDict, total=False):
     contact_flange_angle: float
     stiffness_scale: float
     contact_stiffness_scale: float
-    table_file: str | PathLike[str]
+    table_folder: str | PathLike[str]
     lateral: float
     table_lateral: float
     lift: float

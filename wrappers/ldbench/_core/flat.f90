@@ -147,7 +147,7 @@ contains
   end subroutine describe_case
 
   !> Profiles, contact table and equilibrium of a case.  paths: those of its wheel_profile, rail_profile,
-  !> wheel_profile_right, rail_profile_right and table file, of 256 characters each.
+  !> wheel_profile_right and rail_profile_right, of 256 characters each.
   subroutine prepare_case(n, numbers, words, paths, handle, message, length)
     integer, intent(in) :: n
     real(8), intent(in) :: numbers(n)
@@ -555,14 +555,14 @@ contains
     end associate
   end subroutine rigid_numbers
 
-  !> Find out before the work, not after it, that the `file` of a group cannot be written.
-  subroutine check_writable(file, group, path, message, length)
-    character(*), intent(in) :: file, group, path
+  !> Find out before the work, not after it, that a column file cannot be written.
+  subroutine check_writable(file, path, message, length)
+    character(*), intent(in) :: file, path
     character(16384), intent(out) :: message
     integer, intent(out) :: length
     type(error_type), allocatable :: error
 
-    call check_path(file, group, path, error)
+    call check_path(file, path, error)
     call give_error(error, message, length)
   end subroutine check_writable
 

@@ -28,7 +28,6 @@ module handles
   !> A case, ready to be integrated.
   type :: prepared_type
     type(case_type) :: c
-    type(case_type) :: located         !! with the paths of its files
     type(setup_type) :: setup
     logical :: owns_table = .false.
   end type prepared_type
@@ -69,19 +68,19 @@ contains
     this%stop = stop_asked(1) /= 0
   end subroutine report
 
-  !> A case by the paths where its files are.
-  subroutine locate(c, paths)
-    type(case_type), intent(inout) :: c
+  !> A case by the paths where its profiles are.
+  type(case_type) function located(c, paths)
+    type(case_type), intent(in) :: c
     character(*), intent(in) :: paths          !! text_length characters each
-    character(text_length) :: path(5)
+    character(text_length) :: path(4)
 
-    path = transfer(paths(:5*text_length), path)
-    c%wheel_profile = path(1)
-    c%rail_profile = path(2)
-    c%wheel_profile_right = path(3)
-    c%rail_profile_right = path(4)
-    c%table_file = path(5)
-  end subroutine locate
+    path = transfer(paths(:4*text_length), path)
+    located = c
+    located%wheel_profile = path(1)
+    located%rail_profile = path(2)
+    located%wheel_profile_right = path(3)
+    located%rail_profile_right = path(4)
+  end function located
 
   !> The names of profiles as the case has them.
   subroutine rename(c, setup)
@@ -104,12 +103,10 @@ contains
     type(error_type), allocatable :: ignored
 
     p%c = c
-    p%located = c
-    call locate(p%located, paths)
-    call prepare(p%located, p%setup, error)
+    call prepare(located(c, paths), p%setup, error)
     p%owns_table = .true.
     call rename(c, p%setup)
-    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(p%located, p%setup, ignored)
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, p%setup, ignored)
   end subroutine prepare_located
 
   !> Profiles in their places, zones and clearance of a case, whose files are found by the paths given here.
@@ -120,9 +117,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    p%located = c
-    call locate(p%located, paths)
-    call place_sides(p%located, p%setup, error)
+    call place_sides(located(c, paths), p%setup, error)
   end subroutine prepare_rigid
 
   !> The points of a wheel (what = 1) or a rail (2), moved as the core has moved the curve through them [m].
@@ -210,9 +205,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    p%located = c
-    associate (found => p%located)
-      call locate(found, paths)
+    associate (found => located(c, paths))
       call same_profile(found%wheel_profile, from%setup%wheel(1))
       call same_profile(found%rail_profile, from%setup%rail(1))
       call same_profile(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), from%setup%wheel(2))
@@ -251,7 +244,7 @@ contains
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
-    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%located, p%setup, ignored)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, ignored)
   end subroutine simulate_watched
 
   !> Write the column file of a run.

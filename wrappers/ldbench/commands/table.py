@@ -1,5 +1,5 @@
-"""Solve what the contact table needs for the run of a case and keep it in the table's file; print what the table says of the rigid
-and the resting wheelset.
+"""Solve what the contact table needs for the run of a case and keep it in the case's table folder; print what the table says of the
+rigid and the resting wheelset.
 
 examples:
   python -m ldbench table inputs/ex1_aw.nml
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.namelist).replace(settings(args.set))
     if args.output:
-        check_written([Path(args.output)], map(Path, (args.namelist, *case.profile_files().values(), case.table_path())))
+        check_written([Path(args.output)], map(Path, (args.namelist, *case.profile_files().values())))
     run = compute(case, progress=True)
     table = run.table
     if args.output:
@@ -56,5 +56,5 @@ def facts(run: ComputedRun) -> dict[str, object]:
         "formulation": table.case.formulation, "clearance_left": table.clearance, "clearance_right": table.clearance_right,
         "axle_height": table.equilibrium, "axle_roll": table.equilibrium_roll, "sinking": table.sinking,
         "load_per_wheel": table.load_per_wheel, "frequencies": table.frequencies,
-        "solutions": {"solved": solved - found, "found": found, "not_converged": failed}, "file": table.case.table_path(),
+        "solutions": {"solved": solved - found, "found": found, "not_converged": failed}, "folder": table.case.table_folder,
         "error": {place: {"rms": rms, "largest": largest} for place, (rms, largest) in run.header.table_errors.items()}}

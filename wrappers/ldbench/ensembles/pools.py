@@ -1,8 +1,8 @@
 """Where the members of an ensemble run: in this process, or on the workers of a Dask cluster.
 
-A contact table reaches the workers of a cluster as the bytes of a table file, together with the profiles, so that workers need
-no common files. The scheduler gives the work of a worker that dies to others. Members and records travel as one string of bytes
-per task: the scheduler would unpickle them, which costs it more than the task.
+A contact table is made by one worker of a cluster and reaches the others as the bytes of its files, together with the profiles, so
+that workers need no common files. The scheduler gives the work of a worker that dies to others. Members and records travel as one
+string of bytes per task: the scheduler would unpickle them, which costs it more than the task.
 """
 from __future__ import annotations
 
@@ -123,23 +123,22 @@ def check_security(scheduler: str, security: distributed.Security) -> None:
 
 
 class Files(NamedTuple):
-    """A contact table on its way: a case, and the contents of its profiles and its table file by the names of the variables. The
-    table of a right side that differs has a file of its own, whose name ends with '.right'."""
+    """A contact table on its way: a case, the contents of its profiles by the names of the variables, and those of the table's
+    files by the names of the files."""
 
     case: Case
     contents: tuple[tuple[str, bytes], ...]
 
     def write(self, folder: str) -> dict[str, str]:
-        """Write all files to a folder; their paths by variable."""
+        """Write all files to a folder; the paths of profiles by variable."""
         for name, data in self.contents:
             Path(folder, name).write_bytes(data)
         return dict.fromkeys(PROFILES, "") | {name: f"{folder}/{name}" for name, _ in self.contents if name in PROFILES}
 
 
-def files_of(case: Case) -> Files:
-    """What a worker needs to make the table of a case, with what its table file holds."""
-    tables = {f"table_file{end}": case.table_path() + end for end in ("", ".right")}
-    found = core_files(case) | {name: path for name, path in tables.items() if Path(path).is_file()}
+def files_of(case: Case, tables: Iterable[Path] = ()) -> Files:
+    """What a worker needs to make the table of a case, with what the files of tables hold."""
+    found = core_files(case) | {path.name: str(path) for path in tables}
     return Files(case, tuple((name, read_bytes(Path(path))) for name, path in found.items()))
 
 
@@ -147,9 +146,9 @@ def build_table(files: Files) -> Files | str:
     """The files with the contact table that has what a run of the case needs; or why it cannot."""
     try:
         with tempfile.TemporaryDirectory() as folder:
-            case = files.case.replace({**files.write(folder), "table_file": f"{folder}/table_file"})
+            case = files.case.replace({**files.write(folder), "table_folder": folder})
             compute(case)
-            return files_of(case)
+            return files_of(case, Path(folder).glob("*.table"))
     except Error as error:
         return str(error)
 
@@ -159,7 +158,7 @@ def load_table(files: Files) -> tuple[ContactTable, dict[str, str], tempfile.Tem
     """The contact table in this process, the paths of the profiles by variable, and the folder that has them."""
     folder = tempfile.TemporaryDirectory()
     paths = files.write(folder.name)
-    return ContactTable(files.case.replace({**paths, "table_file": f"{folder.name}/table_file"})), paths, folder
+    return ContactTable(files.case.replace({**paths, "table_folder": folder.name})), paths, folder
 
 
 def run_task(pickled: bytes, files: Files | str | None, wanted: Wanted) -> bytes:
