@@ -53,7 +53,7 @@ FLANGE_ANGLE = np.radians(25)   # of a contact of the flange; smaller angles are
 JUST_AFTER = 2e-5               # a contact has closed, its angle is told [s]
 SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
 LARGEST_FACTOR = 1.5            # of the influence of two contacts over that of their loads: `match_energy` in zone_influence
-INFLUENCE_SLOPE = 200.0         # of its relative change over the penetration [1/m]: in the table of ex1_aw 0.5 % in 22 um
+INFLUENCE_SLOPE = 1300.0        # of its relative change over the penetration [1/m]: in the table of ex1_aw up to 3 % in 22 um
 NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")

@@ -45,8 +45,9 @@ def pairs(folder: Path) -> Iterator[tuple[str, Case]]:
     wheel, rail = shapes.shape("awprof"), shapes.shape("arprof")
     yield made(folder, "worn wheel, side-worn rail", shapes.hollow(shapes.thin_flange(wheel)), shapes.side_worn(rail))
     for name in "aw", "sw":
-        measured = (shapes.noisy(shapes.shape(file, SPACING), NOISE, seed) for seed, file in enumerate((f"{name}prof", f"{name[0]}rprof")))
-        yield made(folder, f"measured {name}", *measured)
+        wheel, rail = (shapes.noisy(shapes.shape(file, SPACING), NOISE, seed)
+                       for seed, file in enumerate((f"{name}prof", f"{name[0]}rprof")))
+        yield made(folder, f"measured {name}", wheel, rail)
 
 
 def made(folder: Path, name: str, wheel: np.ndarray, rail: np.ndarray) -> tuple[str, Case]:
@@ -98,7 +99,7 @@ def section() -> Section:
     rows, tables = [], {}
     with tempfile.TemporaryDirectory() as folder:
         for name, case in pairs(Path(folder)):
-            table = tables[name] = ContactTable(case.replace(table_file=""))
+            table = tables[name] = ContactTable(case.replace(table_folder=""))
             poses, force = pressed_together(table)
             error, direct = table.errors(*poses.T)
             rms = np.sqrt(np.mean(error**2))
@@ -112,6 +113,6 @@ def section() -> Section:
         force, error = drop_errors(tables["aw"])
         checks.append(limit(f"error of the largest force in {len(force)} drops of exercise 2's wheelset, up to "
                             f"{1e-6*force.max():.1f} MN [1]", error.max(), "direct half-spaces", DROPPED))
-    head = ["pair", *(f"{1e-3*low:g} to {1e-3*high:g} kN" for low, high in itertools.pairwise(CLASSES))]
+    head: list[str] = ["pair", *(f"{1e-3*low:g} to {1e-3*high:g} kN" for low, high in itertools.pairwise(CLASSES))]
     return Section("Tread and flange pressed together", __doc__ or "", checks, [
         Table("Error of the force by force, rms (largest)", head, rows)])
