@@ -36,6 +36,13 @@ module body_file
     real(dp), allocatable :: wave(:), difference(:, :, :)   !! [1/m], (wave, strip, strip)
   end type section_type
 
+  !> A file, and the line to go on with.
+  type :: cursor_type
+    character(:), allocatable :: file
+    type(line_type), allocatable :: lines(:)
+    integer :: next = 1
+  end type cursor_type
+
 contains
 
   !> Read the bodies of a wheel and a rail: of each kind the first one whose strips lie on its profile. A kind that a file does not
@@ -48,22 +55,22 @@ contains
     type(body_type), allocatable, intent(out) :: bodies(:)
     character(8), intent(out) :: sum             !! CRC-32 of the file's lines
     type(error_type), allocatable, intent(out) :: error
-    type(line_type), allocatable :: lines(:)
+    type(cursor_type) :: at
     type(section_type) :: section
     real(dp) :: first, off, least(2)
-    integer :: next, line(2)
+    integer :: i, line(2)
     logical :: found(2)
 
     allocate (bodies(0))
-    call read_lines(file, lines, error)
+    at%file = file
+    call read_lines(file, at%lines, error)
     if (allocated(error)) return
-    sum = checksum(lines)
+    sum = checksum(at%lines)
     found = .false.
     least = huge(least)
     line = 0
-    next = 1
     do
-      call read_section(file, lines, next, section, error)
+      call read_section(at, section, error)
       if (allocated(error)) return
       if (section%kind == 0) exit
       associate (k => section%kind)
@@ -81,146 +88,160 @@ contains
         bodies = [bodies, new_body(k, first, section%width, section%wave, section%difference)]
       end associate
     end do
-    do next = 1, 2
-      if (found(next) .or. line(next) == 0) cycle
-      call refuse(error, 'strips on '//trim(profile_file(next)), 'strips that are up to '//str(anint(1e5_dp*least(next))/100)// &
-        ' mm beside it', file, line(next), rest='; make a file for these profiles: python -m ldbench bodies')
+    do i = 1, 2
+      if (found(i) .or. line(i) == 0) cycle
+      call refuse(error, 'strips on '//trim(profile_file(i)), 'strips that are up to '//str(anint(1e5_dp*least(i))/100)// &
+        ' mm beside it', file, line(i), rest='; make a file for these profiles: python -m ldbench bodies')
       return
     end do
     if (size(bodies) == 0) call refuse(error, 'bodies of a wheel or a rail', 'none', file)
   end subroutine read_bodies
 
-  !> Read the next body of a file; its kind is 0 where there is none. `next` is the line to begin with.
-  subroutine read_section(file, lines, next, section, error)
-    character(*), intent(in) :: file
-    type(line_type), intent(in) :: lines(:)
-    integer, intent(inout) :: next
+  !> Read the next body; its kind is 0 where there is none.
+  subroutine read_section(at, section, error)
+    type(cursor_type), intent(inout) :: at
     type(section_type), intent(out) :: section
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: place(2), numbers(1)
-    real(dp), allocatable :: row(:)
-    logical :: ok
-    integer :: i, first
+    real(dp) :: number(1)
 
-    call skip()
-    if (next > size(lines)) return
-    first = next
-    section%kind = findloc('body '//body_kinds == lines(next)%text, .true., 1)
+    call skip(at)
+    if (at%next > size(at%lines)) return
+    section%kind = findloc('body '//body_kinds == at%lines(at%next)%text, .true., 1)
+    section%line = at%next
     if (section%kind == 0) then
-      call complain('''body wheel'' or ''body rail''')
+      call complain(at, '''body wheel'' or ''body rail''', error)
       return
     end if
-    section%line = next
-    next = next + 1
-    call get('poisson', numbers, ok)
-    section%poisson = numbers(1)
-    if (ok) call get('width', numbers, ok)
-    section%width = 1e-3_dp*numbers(1)
-    if (ok .and. section%width <= 0) then
-      next = next - 1
-      call complain('a width above 0 mm')
+    at%next = at%next + 1
+    call get(at, 'poisson', number, error)
+    section%poisson = number(1)
+    if (.not. allocated(error)) call get(at, 'width', number, error)
+    section%width = 1e-3_dp*number(1)
+    if (.not. allocated(error) .and. section%width <= 0) then
+      at%next = at%next - 1
+      call complain(at, 'a width above 0 mm', error)
     end if
-    if (allocated(error)) return
-    allocate (section%middle(2, size(lines)), section%wave(most_waves))
-    do while (begins('strip'))
-      call get('strip', place, ok)
-      if (.not. ok) return
+    if (.not. allocated(error)) call read_strips(at, section, error)
+    if (.not. allocated(error)) call read_waves(at, section, error)
+  end subroutine read_section
+
+  subroutine read_strips(at, section, error)
+    type(cursor_type), intent(inout) :: at
+    type(section_type), intent(inout) :: section
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: place(2)
+
+    allocate (section%middle(2, most_strips))
+    do while (begins(at, 'strip'))
+      if (section%strips == most_strips) then
+        call complain(at, 'at most '//str(most_strips)//' strips', error)
+        return
+      end if
+      call get(at, 'strip', place, error)
+      if (allocated(error)) return
       section%strips = section%strips + 1
       section%middle(:, section%strips) = 1e-3_dp*place
     end do
-    if (section%strips < fewest_strips) then
-      call complain('''strip'' with y and z in mm, at least '//str(fewest_strips)//' times')
-      return
-    end if
-    if (section%strips > most_strips) then
-      call refuse(error, 'at most '//str(most_strips)//' strips', str(section%strips), file, section%line)
-      return
-    end if
     section%middle = section%middle(:, :section%strips)
-    allocate (section%difference(most_waves, section%strips, section%strips))
-    do while (begins('wave'))
-      call get('wave', numbers, ok)
-      if (.not. ok) return
+    if (section%strips < fewest_strips) &
+      call complain(at, '''strip'' with y and z in mm, at least '//str(fewest_strips)//' times', error)
+  end subroutine read_strips
+
+  subroutine read_waves(at, section, error)
+    type(cursor_type), intent(inout) :: at
+    type(section_type), intent(inout) :: section
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: number(1), row(section%strips), previous
+    integer :: i
+
+    allocate (section%wave(most_waves), section%difference(most_waves, section%strips, section%strips))
+    previous = 0
+    do while (begins(at, 'wave'))
+      call get(at, 'wave', number, error)
+      if (allocated(error)) return
+      if (1e3_dp*number(1) <= previous .or. section%waves == most_waves) then
+        at%next = at%next - 1
+        call complain(at, 'wave numbers above 0 that grow, at most '//str(most_waves)//' of them', error)
+        return
+      end if
       section%waves = section%waves + 1
-      associate (w => section%waves)
-        section%wave(w) = 1e3_dp*numbers(1)
-        ok = section%wave(w) > 0
-        if (w > 1) ok = section%wave(w) > section%wave(w - 1)
-        next = next - 1
-        if (.not. ok .or. w == most_waves) call complain('wave numbers above 0 that grow, fewer than '//str(most_waves)//' of them')
+      previous = 1e3_dp*number(1)
+      section%wave(section%waves) = previous
+      do i = 1, section%strips
+        call get(at, '', row(:i), error)
         if (allocated(error)) return
-        next = next + 1
-        do i = 1, section%strips
-          row = spread(0.0_dp, 1, i)
-          call get('', row, ok)
-          if (.not. ok) return
-          section%difference(w, :i, i) = row
-          section%difference(w, i, :i) = row
-        end do
-      end associate
+        section%difference(section%waves, :i, i) = row(:i)
+        section%difference(section%waves, i, :i) = row(:i)
+      end do
     end do
-    if (section%waves < 2) then
-      call complain('''wave'' with a number in 1/mm, at least twice')
-      return
-    end if
     section%wave = section%wave(:section%waves)
     section%difference = section%difference(:section%waves, :, :)
+    if (section%waves < 2) call complain(at, '''wave'' with a number in 1/mm, at least twice', error)
+  end subroutine read_waves
 
-  contains
+  !> Go on to the next line that is no comment.
+  pure subroutine skip(at)
+    type(cursor_type), intent(inout) :: at
 
-    !> Go on to the next line that is no comment.
-    subroutine skip()
-      do while (next <= size(lines))
-        if (lines(next)%text /= '' .and. index(adjustl(lines(next)%text), '#') /= 1) exit
-        next = next + 1
+    do while (at%next <= size(at%lines))
+      if (at%lines(at%next)%text /= '' .and. index(adjustl(at%lines(at%next)%text), '#') /= 1) exit
+      at%next = at%next + 1
+    end do
+  end subroutine skip
+
+  !> Whether the next line begins with a word.
+  logical function begins(at, word)
+    type(cursor_type), intent(inout) :: at
+    character(*), intent(in) :: word
+
+    call skip(at)
+    begins = .false.
+    if (at%next <= size(at%lines)) begins = index(adjustl(at%lines(at%next)%text), word//' ') == 1
+  end function begins
+
+  !> The numbers behind the word of the next line, which has no others.
+  subroutine get(at, word, x, error)
+    type(cursor_type), intent(inout) :: at
+    character(*), intent(in) :: word
+    real(dp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: rest
+    integer :: k, cut
+    logical :: ok
+
+    call skip(at)
+    ok = at%next <= size(at%lines)
+    x = 0
+    if (ok .and. word /= '') ok = begins(at, word)
+    if (ok) then
+      rest = adjustl(at%lines(at%next)%text)//' '
+      rest = adjustl(rest(len(word) + 1:))
+      do k = 1, size(x)
+        cut = index(rest, ' ')
+        if (ok) call to_real(rest(:cut - 1), x(k), ok)
+        rest = adjustl(rest(cut:))//' '
       end do
-    end subroutine skip
+      ok = ok .and. rest == ''
+    end if
+    if (ok) then
+      at%next = at%next + 1
+    else
+      call complain(at, trim(adjustl(word//' '//str(size(x))//' numbers')), error)
+    end if
+  end subroutine get
 
-    logical function begins(word)
-      character(*), intent(in) :: word
+  !> Say what the next line should have been.
+  pure subroutine complain(at, expected, error)
+    type(cursor_type), intent(in) :: at
+    character(*), intent(in) :: expected
+    type(error_type), allocatable, intent(out) :: error
 
-      call skip()
-      begins = .false.
-      if (next <= size(lines)) begins = index(adjustl(lines(next)%text), word//' ') == 1
-    end function begins
-
-    !> The numbers behind the word of a line. `error` is set if there are others.
-    subroutine get(word, x, ok)
-      character(*), intent(in) :: word
-      real(dp), intent(out) :: x(:)
-      logical, intent(out) :: ok
-      character(:), allocatable :: rest
-      integer :: k, cut
-
-      call skip()
-      ok = next <= size(lines)
-      x = 0
-      if (ok .and. word /= '') ok = begins(word)
-      if (ok) then
-        rest = adjustl(lines(next)%text)//' '
-        rest = adjustl(rest(len(word) + 1:))
-        do k = 1, size(x)
-          cut = index(rest, ' ')
-          if (ok) call to_real(rest(:cut - 1), x(k), ok)
-          rest = adjustl(rest(cut:))//' '
-        end do
-        ok = ok .and. rest == ''
-      end if
-      if (.not. ok) call complain(trim(adjustl(word//' '//str(size(x))//' numbers')))
-      if (ok) next = next + 1
-    end subroutine get
-
-    subroutine complain(expected)
-      character(*), intent(in) :: expected
-
-      if (next <= size(lines)) then
-        call refuse(error, expected, ''''//clip(lines(next)%text)//'''', file, next)
-      else
-        call refuse(error, expected, 'the end of the file', file)
-      end if
-    end subroutine complain
-
-  end subroutine read_section
+    if (at%next <= size(at%lines)) then
+      call refuse(error, expected, ''''//clip(at%lines(at%next)%text)//'''', at%file, at%next)
+    else
+      call refuse(error, expected, 'the end of the file', at%file)
+    end if
+  end subroutine complain
 
   !> Find the station of the first strip's middle on a profile, and how far the strips are off it at most [m].
   pure subroutine locate(profile, section, first, off)

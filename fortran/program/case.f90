@@ -150,8 +150,7 @@ contains
       'coefficient of restitution of impacts with formulation = ''unilateral''')
     call all%add('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
     call all%add('contact', 'influence', c%influence, 'local flat apart bodies', &
-      'how loads of a wheel act (halfspace): along their own normals (local), as on a plane (flat), in their own zone (apart), ' &
-      //'on the bodies of a file (bodies)')
+      'loads (halfspace) act along their normals (local), as on a plane (flat), in their zone (apart), or on bodies (bodies)')
     call all%add('contact', 'bodies', c%bodies, '', &
       'file that says what wheel and rail differ by from half-spaces, with influence = ''bodies''')
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &

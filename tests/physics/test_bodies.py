@@ -336,7 +336,7 @@ RIM = np.concatenate([WHEEL, BASE, WHEEL[:1]])
     (RIM + [0, 1], r"expected an outline that has the profile, within 0.2 mm, found [01]\.\d+ mm between them at y = "),
     (np.concatenate([WHEEL, [[67.5, 60]], WHEEL[:1]]),
      "expected an outline with a straight base of one z, found a single point there"),
-    (RIM[:3], "expected at least four lines of y and z in mm, found 3 of 2 numbers"),
+    (RIM[:3], "expected at least four lines with two numbers, y and z in mm, found 3 of 2 numbers"),
 ], ids=["open", "beside the profile", "with a corner on top", "too short"])
 def test_an_outline_is_refused(points: np.ndarray, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     file = outline(tmp_path, points)

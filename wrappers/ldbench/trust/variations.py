@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from .. import bodies
 from .._core.errors import Error
 from ..case import Case, Value, shortest_name, variables
 from ..profiles.profile import ProfileData
@@ -17,7 +17,7 @@ from ..results.twins import TWINS, twin_cases
 #: Kinds of variations that leave the data of the case as they are.
 PROGRAM = "twin", "accuracy", "influence", "bodies"
 INFLUENCES = "local", "flat", "apart"
-SUPPORTS: tuple[bodies.Support, ...] = ("infinite", "clamped")     # of bodies
+SUPPORTS: tuple[Literal["infinite", "clamped"], ...] = ("infinite", "clamped")     # of bodies
 LAWS = "halfspace", "strip", "hertz"
 #: Factors on &table accuracy, and on the smoothing of measured profiles.
 FACTORS = 0.5, 2.0
@@ -46,6 +46,8 @@ def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], l
     laws: the other contact laws too. folder: for profiles that are smoothed otherwise and for bodies; they are read from it while
     the variations run.
     """
+    from .. import bodies                   # SciPy takes longer to import than a short run
+
     name = f"start, within {1e6*max(TWINS):.0f} µm"
     found = [Variation("twin", name, twin) for twin in twin_cases(case)]
     notes: list[str] = []
