@@ -8,7 +8,6 @@ prisms, which they are not.
 examples:
   python -m ldbench bodies inputs/ex2_aw.nml -o aw.bodies
   python -m ldbench bodies inputs/ex2_aw.nml -o stiff.bodies --support clamped --rim-thickness 40
-  python -m ldbench run inputs/ex2_aw.nml --set influence=bodies --set bodies=aw.bodies -o outputs/ex2_aw_bodies.txt
 """
 from __future__ import annotations
 
