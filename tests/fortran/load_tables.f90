@@ -13,10 +13,12 @@ program load_tables
   save
   type(case_type) :: c
   type(setup_type) :: setup
+  type(table_type) :: table
   character(256) :: path
   integer :: status
 
   call read_prepared(c, setup)
+  call lay_out(setup%wheelset%table%law, setup%wheelset%table%key, table)
   do
     read (*, '(a)', iostat=status) path
     if (status /= 0) exit
@@ -26,10 +28,8 @@ program load_tables
 contains
 
   subroutine answer()
-    type(table_type) :: table
     logical :: found
 
-    call lay_out(setup%wheelset%table%law, setup%wheelset%table%key, table)
     call load_values(trim(path), table, found)
     print '(a)', trim(merge('used   ', 'missing', found))
     flush (6)
