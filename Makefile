@@ -111,7 +111,7 @@ $(BUILD)/fingerprint.f90: fortran/fingerprint.sh $(SOURCES) | $(BUILD)
 $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
-$(BUILD)/run_tables.o: $(BUILD)/fingerprint.o
+$(BUILD)/table_file.o: $(BUILD)/fingerprint.o
 
 # The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
 # executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.

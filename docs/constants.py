@@ -62,7 +62,6 @@ def clearance_table() -> str:
 
 def theory_table() -> str:
     """Constants of the core that the equations need."""
-    points = ", ".join(f"{core('table_builder', 'first_points', k):g}" for k in range(3))
     rows = (
         ("smallest noise of points that the core refuses", shown(core("profile", "negligible"), "µm"), "profile"),
         ("arc over which curvatures are means", shown(core("wheel_rail_pair", "window"), "mm"), "wheel_rail_pair"),
@@ -74,13 +73,15 @@ def theory_table() -> str:
          "contact_zones"),
         ("wheel angle of the cut where no such arc is", shown(core("contact_zones", "root_angle"), "°"), "contact_zones"),
         ("running tread, to either side of the running point", shown(core("contact_zones", "service"), "mm"), "contact_zones"),
-        ("first points of $u$, $\\varphi$ and $\\rho$", points, "table_builder"),
-        ("$x_f$ of $u$ on the tread", shown(core("grid_refinement", "fine_tread"), "mm"), "grid_refinement"),
-        ("$x_f$ of $u$ on a flange", shown(core("grid_refinement", "fine_flange"), "mm"), "grid_refinement"),
-        ("$x_f$ of $\\varphi$", shown(core("grid_refinement", "fine"), "rad"), "grid_refinement"),
+        ("shortest cell of $u$", shown(core("table_layout", "shortest_u"), "mm"), "table_layout"),
+        ("longest cell of $u$ where flanges are reached", shown(core("table_layout", "longest_u"), "mm"), "table_layout"),
+        ("way of the contact along the wheel in a cell of $u$", shown(core("table_layout", "travel"), "mm"), "table_layout"),
+        ("cell of $\\varphi$ of an upright wheelset", shown(core("table_layout", "shortest_roll"), "rad"), "table_layout"),
+        ("height by which a kink of $h$ is rounded off", shown(core("table_layout", "rounding"), "µm"), "table_layout"),
+        ("points of $\\rho$", f"{core('table_layout', 'points_q'):g}", "table_layout"),
         ("largest tensile force of a zone that counts as open", shown(core("zone_tables", "largest_pull"), "kN"), "zone_tables"),
-        ("force to which errors of smaller forces are relative", shown(core("service_poses", "force_floor"), "kN"),
-         "service_poses"),
+        ("force to which errors of smaller forces are relative", shown(core("contact_law", "force_floor"), "kN"),
+         "contact_law"),
         ("force above which a contact is closed in files", shown(CLOSED, "N"), "contact_intervals"),
         ("depth below the top of rail from which a flange's tip is over the rail", shown(core("events", "shoulder"), "mm"),
          "events"),

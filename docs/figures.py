@@ -23,7 +23,7 @@ HEIGHT = 120.0          # of the wheels in the drawing of the frame [mm]
 
 def frame_and_signs() -> None:
     """The track frame, the roll angle, the four contacts, and the forces at a flange."""
-    case = ldbench.Case.exercise(2, "aw").replace(table_file="", model="hertz")
+    case = ldbench.Case.exercise(2, "aw").replace(table_folder="", model="hertz")
     run = ldbench.run(case)
     row = run.data.iloc[int(run.data.N_LF.argmax())]
     figure, (whole, close) = plt.subplots(1, 2, figsize=(10.4, 3.5), width_ratios=(1.45, 1), layout="constrained")

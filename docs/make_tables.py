@@ -239,7 +239,7 @@ def column_table() -> str:
 
 def result_table() -> str:
     """Every result of a run."""
-    short = run(Case.exercise(1).replace(formulation="unilateral", t_end=1e-3, table_file=""))
+    short = run(Case.exercise(1).replace(formulation="unilateral", t_end=1e-3, table_folder=""))
     kinds = {f"n_{re.sub('[ -]', '_', kind)}" for kind in event_kinds()}
     explained = {name for names in RESULTS for name in names.split(", ")}
     told = {name if name in explained else re.sub(r"_(LT|LF|RT|RF)$", f"_{CONTACT}", name) for name in short.results.keys() - kinds}

@@ -49,13 +49,13 @@ def keep(source: Path, target: Path, numbers: Numbers) -> None:
 @cache
 def table(pair: str, model: str) -> ldbench.ContactTable:
     """The contact table of a pair of profiles, built once."""
-    return ldbench.ContactTable(ldbench.Case.exercise(1, pair).replace(table_file="", model=model))
+    return ldbench.ContactTable(ldbench.Case.exercise(1, pair).replace(table_folder="", model=model))
 
 
 def case_run(name: str, **changes: object) -> ldbench.Run:
     """A case of the benchmark, with other values."""
     exercise, pair = int(name[2]), name[-2:]
-    case = ldbench.Case.exercise(exercise, pair).replace(table_file="", **changes)
+    case = ldbench.Case.exercise(exercise, pair).replace(table_folder="", **changes)
     return ldbench.run(case, table=table(pair, case.model) if case.formulation == "elastic" else None)
 
 

@@ -85,12 +85,15 @@ def law_table() -> str:
 
 
 def error_table() -> str:
-    """Errors that contact tables of half-spaces state."""
+    """Errors that runs with half-spaces state."""
     v = measured()
+
+    def cell(name: str, place: str) -> str:
+        rms, largest = (v.get(f"table.halfspace.{name}.{place}.{kind} [%]") for kind in ("rms", "largest"))
+        return "" if rms is None or largest is None else f"{percent_text(rms/100, 3)} ({percent_text(largest/100, 3)})"
+
     return table(("profiles", "tread", "flange", "both at once", "rolling over the rail"), (
-        (words, *(f"{percent_text(v[f'table.halfspace.{name}.{place}.rms [%]']/100, 3)} "
-                  f"({percent_text(v[f'table.halfspace.{name}.{place}.largest [%]']/100, 3)})" for place in PLACES))
-        for name, words in SHAPES.items()))
+        (words, *(cell(name, place) for place in PLACES)) for name, words in SHAPES.items()))
 
 
 def cause_table() -> str:
@@ -254,7 +257,7 @@ def need_table() -> str:
     v = measured()
     return table(("what", "needs"), (
         ("system", "Linux; the executable alone on Windows. Otherwise a container or WSL"),
-        ("a contact table, which is kept", f"{v['time.table [s]']:.0f} s of processor time"),
+        ("what exercise 5 solves for its contact table, which is kept", f"{v['time.table [s]']:.1f} s of processor time"),
         ("the ten runs besides", f"{v['time.runs [s]']:.0f} s of processor time"),
         ("a report", f"{v['size.report [MB]']:.0f} MB, of which {v['size.ex5 [MB]']:.0f} MB are column files of exercise 5"),
         ("a page of `ex5_aw`", f"{v['page.ex5_aw [MB]']:.1f} MB; its column file has {v['size.ex5_aw [MB]']:.0f} MB")))

@@ -67,7 +67,7 @@ def write_package(target: Path, cases: Iterable[tuple[Task, Case]] | None = None
         with tempfile.TemporaryDirectory() as folder:
             found.run.write(columns := Path(folder)/f"{task.name}.txt")
             files[f"columns/{task.name}.txt"] = "".join(kept_lines(columns, found))
-        files[f"namelists/{task.name}.nml"] = found.run.case.replace(table_file="").to_namelist()
+        files[f"namelists/{task.name}.nml"] = found.run.case.replace(table_folder="").to_namelist()
         exactness.append(error_row(found))
         # The column file lists five events of each kind.
         events += [{"simulation": task.name, "time [s]": event.t, "event": event.kind,

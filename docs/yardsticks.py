@@ -32,7 +32,7 @@ ROWS = 1e-4             # between rows of twins [s]
 # The coordinates of the start and the variables of the namelist that set them.
 STARTS = {"Y": "initial_Y", "Z": "initial_Z", "roll": "initial_roll", "vY": "vY", "vZ": "vZ", "roll_rate": "roll_rate"}
 OTHERS: dict[str, dict[str, Any]] = {
-    "hertz": {"model": "hertz", "table_file": ""},
+    "hertz": {"model": "hertz", "table_folder": ""},
     "rigid": {"formulation": "unilateral", "restitution": 1.0}}
 LEAST_SHARE = 0.5       # of the time with the same contacts closed, below which the motion tells no spread
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 import functools
 import gc
 import os
-import shutil
 import signal
-from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +15,8 @@ from running import (
     CASES,
     FORTRAN_TESTS,
     LDBENCH,
-    PAIRS,
     Run,
     for_all_cases,
-    keep,
     kept_tables,
     once,
     read_shipped,
@@ -77,46 +73,17 @@ def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @functools.cache
-def tables_of(model: str, **points: int) -> dict[str, Path]:
-    """Files of a law's contact tables of both pairs of profiles, as fine as those of the shipped inputs unless points are given."""
-    from ldbench import Case, ContactTable  # programs that only start the executable need no package
-
-    files = {pair: kept_tables()/f"{pair}_{model}{'_fine' if points else ''}.table" for pair in PAIRS}
-    for pair, file in files.items():
-        with once(file.with_suffix("")) as first:
-            if first:
-                ContactTable.quiet(Case.exercise(2, pair).replace(model=model, table_file=file, **points))
-    return files
-
-
-@pytest.fixture(scope="session")
-def strip_tables() -> dict[str, Path]:
-    """Files of the strips' contact tables of both pairs of profiles."""
-    return tables_of("strip")
-
-
-@pytest.fixture(scope="session")
-def hertz_tables() -> dict[str, Path]:
-    """Files of the contact tables of Hertz's law of both pairs of profiles."""
-    return tables_of("hertz")
-
-
-@pytest.fixture(scope="session")
-def read_hertz(hertz_tables: dict[str, Path]) -> Callable[[str], ContactTable]:
-    """The contact tables of Hertz's law by the pair of profiles, each read once."""
-    from ldbench import Case, ContactTable  # programs that only start the executable need no package
-
-    return functools.cache(lambda pair: ContactTable.quiet(
-        Case.exercise(2, pair).replace(model="hertz", table_file=hertz_tables[pair])))
-
-
-@functools.cache
 def fine_hertz(pair: str) -> ContactTable:
-    """The contact table of Hertz's law that fingerprints build for a pair of profiles."""
+    """The contact table of Hertz's law for a pair of profiles, as fingerprints have it."""
     from ldbench import Case, ContactTable  # programs that only start the executable need no package
-    from ldbench_round.fingerprint import FINE
 
-    return ContactTable.quiet(Case.exercise(2, pair).replace(model="hertz", table_file=tables_of("hertz", **FINE)[pair], **FINE))
+    return ContactTable(Case.exercise(2, pair).replace(model="hertz", table_folder=kept_tables()))
+
+
+@pytest.fixture(scope="session")
+def read_hertz() -> Callable[[str], ContactTable]:
+    """The contact tables of Hertz's law by the pair of profiles, each read once."""
+    return fine_hertz
 
 
 @pytest.fixture
@@ -125,26 +92,13 @@ def known_hertz(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", fine_hertz)
 
 
-@contextmanager
-def kept_between(folder: Path, names: Iterable[str]) -> Iterator[None]:
-    """Tables that the block builds in a folder, unless earlier tests of the very same program have kept them."""
-    tables = [(folder/name, kept_tables()/name) for name in names]
-    for here, kept in tables:
-        if kept.exists():
-            shutil.copyfile(kept, here)
-    yield
-    for here, kept in tables:
-        keep(here, kept)
-
-
 @pytest.fixture(scope="session")
 def shipped(common: Path) -> dict[str, Run]:
-    """The ten shipped inputs, each run once, by the executable, which also builds their tables unless these are kept."""
+    """The ten shipped inputs, each run once, by the executable."""
     folder = common/"shipped"
     with once(folder) as first:
         if first:
-            with kept_between(folder, [f"{pair}_halfspace.table" for pair in PAIRS]):
-                for_all_cases(lambda case: run_shipped(case, folder))
+            for_all_cases(lambda case: run_shipped(case, folder))
     return {case: read_shipped(case, folder) for case in CASES}
 
 
@@ -161,14 +115,13 @@ def ours(shipped: dict[str, Run]) -> dict[Task, ldbench.Run]:
 def world(common: Path) -> World:
     """A small project and its report, made once for all workers."""
     from raw import Raw
-    from specimen import TABLES, World, make_specimen
+    from specimen import World, make_specimen
 
     folder = common / "specimen"
     with once(folder) as first:
         if first:
             (folder / "outputs").mkdir()
-            with kept_between(folder / "outputs", TABLES):
-                make_specimen(folder)
+            make_specimen(folder)
     return World(folder, *(Raw(folder / name) for name in ("outputs/ex2_aw.txt", "outputs/ex5_aw.txt", "faster/ex3_aw.txt")))
 
 

@@ -18,12 +18,7 @@ module strip_law
   use wheel_rail_pair, only: least_cosine, pair_type, rail_curvature
   implicit none
   private
-  public :: set_moduli, zone_energy, stiffest
-
-  !> Largest energy of half-spaces, relative to that of strips.  Where a zone holds only the edge of a patch, as when a patch of
-  !> the tread extends over the cut to the flange, the half-space of that zone alone is up to 60 times stiffer than the strips,
-  !> while in the whole patch the edge carries almost no pressure.  So the ratio is capped.
-  real(dp), parameter :: stiffest = 1.5_dp
+  public :: zone_energy
 
   real(dp), parameter :: least_ratio = 0.02_dp    ! B/A: longer patches are line contacts
 
@@ -55,40 +50,42 @@ contains
     B = max((pair%curvature(i) + rail_curvature(pair, pair%angle(i) + roll))/2, least_ratio*A)
   end subroutine relative_curvatures
 
-  !> Strip modulus k [Pa] at a zone's stations, for a roll angle.
-  pure subroutine set_moduli(pair, zone, e_star, roll, k)
+  !> Strip modulus k [Pa] at station i of the wheel, for a roll angle.
+  pure real(dp) function modulus_at(pair, i, e_star, roll) result(k)
     type(pair_type), intent(in) :: pair
-    type(zone_type), intent(in) :: zone
+    integer, intent(in) :: i
     real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
-    real(dp), intent(inout) :: k(:)        !! (stations of the wheel)
     real(dp) :: A, B
-    integer :: i
 
-    do i = zone%first, zone%last
-      call relative_curvatures(pair, i, roll, A, B)
-      k(i) = strip_modulus(e_star, A, B)*hypot(pair%t(1, i), pair%t(2, i))
-    end do
-  end subroutine set_moduli
+    call relative_curvatures(pair, i, roll, A, B)
+    k = strip_modulus(e_star, A, B)*hypot(pair%t(1, i), pair%t(2, i))
+  end function modulus_at
 
   !> Elastic energy [J] of a zone in the pose of a scan.
-  pure real(dp) function zone_energy(pair, zone, model, e_star, roll, scan, k) result(energy)
+  pure real(dp) function zone_energy(pair, zone, model, e_star, roll, scan) result(energy)
     type(pair_type), intent(in) :: pair
     type(zone_type), intent(in) :: zone
     character(*), intent(in) :: model      !! 'strip' or 'hertz'
     real(dp), intent(in) :: e_star, roll   !! [Pa, rad]
     type(scan_type), intent(in) :: scan
-    real(dp), intent(in), contiguous :: k(:)   !! strip moduli from `set_moduli`, unused for 'hertz' [Pa]
     real(dp) :: depth, station, modulus(2), part, share(2), area, moment, power, A, B
-    integer :: i, node
+    integer :: i, node, last
     logical :: spring
 
     spring = model == 'hertz'
     modulus = 1
+    last = 0                               ! station whose modulus is known
     energy = 0
     area = 0
     moment = 0
     do i = zone%first, zone%last - 1
-      if (.not. spring) modulus = k(i:i + 1)
+      if (all(scan%depth(i:i + 1) < 0) .and. (scan%slope(i) <= 0 .or. scan%slope(i + 1) >= 0)) cycle
+      if (.not. spring) then
+        if (last == i) modulus(1) = modulus(2)
+        if (last /= i) modulus(1) = modulus_at(pair, i, e_star, roll)
+        modulus(2) = modulus_at(pair, i + 1, e_star, roll)
+        last = i + 1
+      end if
       call interval_integrals(pair%s(i + 1) - pair%s(i), scan%depth(i:i + 1), scan%slope(i:i + 1), modulus, part, share)
       energy = energy + part
       if (.not. spring) cycle
@@ -115,7 +112,6 @@ contains
 
     energy = 0
     share = 0
-    if (all(g < 0) .and. (dg(1) <= 0 .or. dg(2) >= 0)) return
     c(0) = g(1)
     c(1) = h*dg(1)
     c(2) = 3*(g(2) - g(1)) - h*(2*dg(1) + dg(2))

@@ -40,7 +40,7 @@ module integrators
 contains
 
   !> Contacts and accelerations of a motion.
-  pure subroutine evaluate_contacts(w, motion, status)
+  subroutine evaluate_contacts(w, motion, status)
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
@@ -68,7 +68,7 @@ contains
   end function stability_limit
 
   !> One step dt from `old` to `new`. `status`: step_ok, step_diverged, or why the pose left the table.
-  pure subroutine advance(w, integrator, old, dt, new, evaluations, status)
+  subroutine advance(w, integrator, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: old
@@ -115,7 +115,7 @@ contains
   end function energy_rounding
 
   !> The explicit step of a higher order.
-  pure subroutine kick_and_drift(w, kick, drift, old, dt, new, evaluations, status)
+  subroutine kick_and_drift(w, kick, drift, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: kick(:), drift(:)      !! shares of the step; one kick more than drifts
     type(motion_type), intent(in) :: old
@@ -145,7 +145,7 @@ contains
   end subroutine kick_and_drift
 
   !> Newmark's step.
-  pure subroutine advance_newmark(w, integrator, old, dt, new, evaluations, status)
+  subroutine advance_newmark(w, integrator, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: old
@@ -177,7 +177,7 @@ contains
   end function push_of
 
   !> Pose and acceleration at the end of Newmark's implicit step.
-  pure subroutine solve_newmark(w, integrator, old, dt, new, evaluations, status)
+  subroutine solve_newmark(w, integrator, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: old

@@ -14,7 +14,7 @@ module static_limit
 contains
 
   !> The largest lateral force to the left (`way` = 1) or to the right (-1) [N]; `ok` is false where the table ends before it.
-  pure subroutine largest_force(w, rest, clearance, way, force, ok)
+  subroutine largest_force(w, rest, clearance, way, force, ok)
     type(wheelset_type), intent(in) :: w
     real(dp), intent(in) :: rest(3)        !! equilibrium at the centre: y, z [m], roll [rad]
     real(dp), intent(in) :: clearance      !! on this side [m]
@@ -54,19 +54,19 @@ contains
         forces(3) = held
         bracketed = .true.
       end if
-      ok = bracketed .and. unloaded(w, way, q)
+      if (bracketed) call find_unloaded(w, way, q, ok)
       last = q
       before = held
       if (abs(q(1)) > near*clearance) stride = min(stride, narrow)
     end do
     ! Where the equilibria end with the largest force, it is the limit.
-    ok = ok .or. unloaded(w, way, last)
+    if (.not. ok) call find_unloaded(w, way, last, ok)
     force = forces(2)
     if (ok .and. bracketed) call find_top(w, way, poses, force)
   end subroutine largest_force
 
   !> The maximum of the force between the displacements of three poses, by golden sections.
-  pure subroutine find_top(w, way, poses, force)
+  subroutine find_top(w, way, poses, force)
     type(wheelset_type), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(in) :: poses(3, 3)    !! y, z [m], roll [rad] in columns
@@ -103,7 +103,7 @@ contains
   end subroutine find_top
 
   !> Equilibrium of the wheelset that is held at the lateral position of q, and the lateral force that holds it there.
-  pure subroutine lean(w, way, q, held, stands)
+  subroutine lean(w, way, q, held, stands)
     type(wheelset_type), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(inout) :: q(3)        !! y, z [m], roll [rad]; on entry a pose nearby
@@ -115,10 +115,11 @@ contains
   end subroutine lean
 
   !> Whether the wheel on the other side carries nothing.
-  pure logical function unloaded(w, way, q)
+  subroutine find_unloaded(w, way, q, unloaded)
     type(wheelset_type), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(in) :: q(3)
+    logical, intent(out) :: unloaded
     type(contact_state) :: state
     logical :: shut(4)
     integer :: other                       ! side
@@ -127,6 +128,6 @@ contains
     shut = closed(state)
     other = merge(2, 1, way == 1)
     unloaded = .not. (shut(treads(other)) .or. shut(flanges(other)))
-  end function unloaded
+  end subroutine find_unloaded
 
 end module static_limit

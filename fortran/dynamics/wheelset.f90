@@ -4,7 +4,8 @@ module wheelset
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp, gravity, pi
   use root_bracket, only: bracket_type
-  use contact_table, only: table_type, find_roll, wheel_potential
+  use contact_table, only: find_roll, table_type
+  use table_growth, only: grown_potential
   use zone_tables, only: inside, roll_type
   use wheel_rail_pair, only: mirror
   implicit none
@@ -92,8 +93,8 @@ contains
   end function closed
 
   !> Potential of the contacts of both wheels or of one wheel, with its Hessian unless `with_hessian` is false. The contacts of the
-  !> other wheel are zero.
-  pure subroutine contacts(this, q, state, with_hessian, wheel)
+  !> other wheel are zero. The tables grow where the pose needs it.
+  subroutine contacts(this, q, state, with_hessian, wheel)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: q(3)         !! axle centre y, z [m], roll [rad]; track frame
     type(contact_state), intent(out) :: state
@@ -114,12 +115,12 @@ contains
       call find_roll(this%right_table, q(3), wanted, unused, opposite, state%status)
     if (state%status /= inside) return
     if (only /= 2) then
-      call wheel_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
+      call grown_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
       if (wanted) state%hessian = left
     end if
     if (only /= 1) then
       ! The right wheel is solved as the mirror image of a left one.
-      call wheel_potential(this%right_table, mirror*q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
+      call grown_potential(this%right_table, mirror*q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
       do i = 3, 4
         state%slope(:, i) = mirror*state%slope(:, i)
       end do
@@ -149,7 +150,7 @@ contains
 
   !> Equilibrium of the wheelset that is held at the lateral position of `q`, where its rigid wheels stand on both rails. A pose
   !> in which the rails push more than the weight is searched downwards; from there on `hold` finds the equilibrium.
-  pure subroutine settle(this, q, ok)
+  subroutine settle(this, q, ok)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(inout) :: q(3)      !! y, z [m], roll [rad]
     logical, intent(out) :: ok
@@ -175,7 +176,7 @@ contains
 
   !> Height and roll at which the wheelset, held at its lateral position, is in equilibrium: Newton's method from a
   !> pose in which both wheels are pressed in.
-  pure subroutine hold(this, q, force, ok)
+  subroutine hold(this, q, force, ok)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(inout) :: q(3)
     real(dp), intent(out) :: force       !! force of the rails on the wheelset, to the left [N]
@@ -209,7 +210,7 @@ contains
   end subroutine hold
 
   !> Pose of rest of the free wheelset, found downhill from the equilibrium at the track's centre.
-  pure subroutine find_rest(this, centred, q, ok)
+  subroutine find_rest(this, centred, q, ok)
     type(wheelset_type), intent(in) :: this
     real(dp), intent(in) :: centred(3)   !! equilibrium of the wheelset that is held at y = 0
     real(dp), intent(out) :: q(3)

@@ -2,17 +2,16 @@
 !>
 !> `list_variables` lists all namelist variables with group, name, admissible range, unit and meaning. Reading, checking, the
 !> header of the column files and `--help` use this list. Defaults are the values of the call or, where it has none, plain ones.
-!> They stand in the declaration of `case_type`; the default extent of the contact table stands in `service_poses`.
+!> They stand in the declaration of `case_type`; the default extent of the contact table stands in `contact_law`.
 module case
   use contact_zones, only: usual_flange_angle
   use kinds, only: dp
-  use service_poses, only: extent_type, floored_force
+  use contact_law, only: extent_type, floored_force
   use system, only: default_folder, last_slash
   use text, only: shortest, str
   implicit none
   private
-  public :: case_type, variable_type, list_variables, admissible, case_title, output_path, right_table_path, value_text, &
-    range_text, text_length
+  public :: case_type, variable_type, list_variables, admissible, case_title, output_path, value_text, range_text, text_length
 
   integer, parameter :: text_length = 256
 
@@ -54,10 +53,9 @@ module case
     character(text_length) :: influence = 'local'
     real(dp) :: stiffness_scale = 1
     ! &table
-    character(text_length) :: table_file = ''
+    character(text_length) :: table_folder = ''
     type(extent_type) :: extent
     real(dp) :: accuracy = 2e-3_dp
-    integer :: n_lateral = 360, n_roll = 160, n_depth = 40
     ! &integrator
     integer :: order = 2
     real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
@@ -72,7 +70,7 @@ module case
     character(text_length) :: output_file = ''
     real(dp) :: interval = 1e-4_dp
     character(text_length) :: rows = 'interval_and_events'
-    character(text_length) :: pressures = 'yes'
+    character(text_length) :: pressures = 'yes', judged = 'yes'
   end type case_type
 
   !> One namelist variable; exactly one of the pointers is set.
@@ -155,7 +153,8 @@ contains
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
       'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
     call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
-    call all%add('table', 'file', c%table_file, '', 'file that keeps the contact table for later runs; none if empty')
+    call all%add('table', 'folder', c%table_folder, '', &
+      'folder that keeps what was solved of contact tables for later runs; the empty name keeps nothing')
     call all%add('table', 'lateral', c%extent%lateral, 0.02_dp, 0.1_dp, 'm', &
       'the table covers this shift of a wheel to either side')
     call all%add('table', 'lift', c%extent%lift, 0.03_dp, 0.1_dp, 'm', &
@@ -165,11 +164,7 @@ contains
     call all%add('table', 'roll', c%extent%roll, 0.01_dp, 0.6_dp, 'rad', 'the table covers this roll to either side')
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
-      'rms error allowed to a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
-    call all%add('table', 'n_lateral', c%n_lateral, 20, 10000, &
-      'largest number of lateral points in a zone, of the strips and of the ratio of half-spaces to them')
-    call all%add('table', 'n_roll', c%n_roll, 5, 1000, 'largest number of points of the roll angle, of each')
-    call all%add('table', 'n_depth', c%n_depth, 5, 1000, 'largest number of points of the root of the penetration, of each')
+      'rms error asked for of a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
     call all%add('integrator', 'order', c%order, 2, 6, &
       'order of the steps: 2 (Newmark), 4 or 6 (explicit)')
     call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', &
@@ -191,6 +186,8 @@ contains
       'rows at equal intervals, and also at events, changes of contact and peaks of force')
     call all%add('output', 'pressures', c%pressures, 'yes no', &
       'whether the results have the largest pressure and the pressures of flanges, of the model halfspace')
+    call all%add('output', 'judged', c%judged, 'yes no', &
+      'whether the results have the error of the contact forces, against direct solutions in poses of the run')
     list = all%list(:all%n)
   end subroutine list_variables
 
@@ -329,15 +326,6 @@ contains
     if (words == 'awprof.yz on arprof.yz') words = 'actual profiles'
     if (words == 'swprof.yz on srprof.yz') words = 'simplified profiles'
   end function pair_words
-
-  !> Path of the right contact table, for sides whose profiles may differ.
-  function right_table_path(c) result(path)
-    type(case_type), intent(in) :: c
-    character(len_trim(c%table_file) + 6) :: path
-
-    path = ''
-    if (c%table_file /= '' .and. (c%wheel_profile_right /= '' .or. c%rail_profile_right /= '')) path = trim(c%table_file)//'.right'
-  end function right_table_path
 
   !> Path of the column file, padded with blanks.
   function output_path(c) result(path)

@@ -1,8 +1,7 @@
 !> Conditions that a case from a file or from Python must satisfy before it is run.
 module case_check
   use, intrinsic :: iso_fortran_env, only: input_unit
-  use case, only: admissible, case_type, list_variables, output_path, range_text, right_table_path, text_length, value_text, &
-    variable_type
+  use case, only: admissible, case_type, list_variables, output_path, range_text, text_length, value_text, variable_type
   use errors, only: error_type, refuse
   use kinds, only: dp
   use system, only: default_folder, lacks_folder, last_slash, scratch_file
@@ -56,32 +55,24 @@ contains
 
   end subroutine check_case
 
-  !> A file that is written must not be another file of the case.
+  !> The column file must not be another file of the case.
   subroutine check_files(file, c, error)
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(48), parameter :: names(8) = [character(48) :: 'the namelist itself', '&profiles wheel_profile', &
-      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&table file', &
-      '&table file of the right side', '&output file']
-    integer, parameter :: first_written = 6
-    character(6), parameter :: groups(first_written:size(names)) = [character(6) :: 'table', 'table', 'output']
-    character(18), parameter :: details(first_written:size(names)) = [character(18) :: '', ' of the right side', '']
-    character(max(len(file), text_length + 12)) :: paths(size(names))     ! the default output path adds 12 characters
-    integer :: i, j
+    character(29), parameter :: names(5) = [character(29) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right']
+    character(max(len(file), text_length)) :: paths(size(names))
+    integer :: i
 
-    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, &
-      c%rail_profile_right, c%table_file, right_table_path(c), output_path(c)]
+    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right]
     if (file == 'standard input') paths(1) = '-'
-    do i = first_written, size(names)
+    do i = 1, size(names)
       if (paths(i) == '') cycle
-      do j = 1, i - 1
-        if (paths(j) == '') cycle
-        if (.not. same_file(trim(paths(i)), trim(paths(j)))) cycle
-        call refuse(error, 'a file of its own', trim(paths(i))//', which is '//trim(names(j)), file, group=groups(i), &
-          variable='file', detail=trim(details(i)))
-        return
-      end do
+      if (.not. same_file(trim(output_path(c)), trim(paths(i)))) cycle
+      call refuse(error, 'a file of its own', trim(output_path(c))//', which is '//trim(names(i)), file, group='output', &
+        variable='file')
+      return
     end do
   end subroutine check_files
 
@@ -104,20 +95,19 @@ contains
     call probe%abandon()
   end function same_file
 
-  !> Check before the computation that a file can be written.
-  subroutine check_writable(file, group, path, error)
-    character(*), intent(in) :: file, group      !! for the message
-    character(*), intent(in) :: path             !! the variable `file` of the group
+  !> Check before the computation that the column file can be written.
+  subroutine check_writable(file, path, error)
+    character(*), intent(in) :: file             !! for the message
+    character(*), intent(in) :: path             !! of the column file
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: first         ! that is written
     type(scratch_file) :: probe
 
-    if (path == '') return
     first = path
     if (lacks_folder(path)) first = default_folder
     call probe%begin(first)
     call probe%abandon()
-    if (.not. probe%ok) call refuse(error, 'a path that can be written', path, file, group=group, variable='file')
+    if (.not. probe%ok) call refuse(error, 'a path that can be written', path, file, group='output', variable='file')
   end subroutine check_writable
 
 end module case_check

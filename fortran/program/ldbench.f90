@@ -2,7 +2,7 @@
 program ldbench
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use case, only: case_type, list_variables, output_path, range_text, right_table_path, value_text, variable_type
+  use case, only: case_type, list_variables, output_path, range_text, value_text, variable_type
   use case_check, only: check_case, check_writable
   use case_reader, only: read_case
   use errors, only: error_type, fatal_error, place_error
@@ -12,7 +12,7 @@ program ldbench
   use run_monitor, only: run_type
   use run_results, only: summary
   use run_setup, only: setup_type
-  use run_tables, only: free_tables
+  use run_tables, only: free_tables, keep_tables
   use simulation, only: prepare, simulate
   use system, only: c_exit, survive_long_files, write_output
   use text, only: line_type, read_lines
@@ -56,6 +56,7 @@ contains
     type(line_type), allocatable :: lines(:)
     type(case_type), allocatable :: c
     type(setup_type), allocatable :: setup
+    type(error_type), allocatable :: warning
     type(column_file) :: columns
     type(run_type) :: result
     character(:), allocatable :: file
@@ -66,16 +67,16 @@ contains
     call read_lines(path, lines, error)
     if (.not. allocated(error)) call read_case(file, lines, c, error)
     if (.not. allocated(error)) call check_case(file, c, error)
-    if (.not. allocated(error)) call check_writable(file, 'output', trim(output_path(c)), error)
-    if (.not. allocated(error)) call check_writable(file, 'table', trim(c%table_file), error)
-    if (.not. allocated(error)) call check_writable(file, 'table', right_table_path(c), error)
+    if (.not. allocated(error)) call check_writable(file, trim(output_path(c)), error)
     if (allocated(error)) return
-    call prepare(c, setup, error, watcher)
+    call prepare(c, setup, error)
     if (.not. allocated(error)) call begin_columns(c, setup, trim(output_path(c)), columns, error)
     if (.not. allocated(error)) call simulate(c, setup, columns, result, error, watcher)
     if (.not. allocated(error)) call finish_columns(c, result, columns, error)
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, setup, warning)
     call columns%file%abandon()
     call watcher%clear()
+    if (allocated(warning)) write (error_unit, '(a)') 'ldbench: warning: '//warning%message
     if (.not. allocated(error)) then
       call summary(c, setup, result, text)
       call answer(text)

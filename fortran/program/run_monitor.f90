@@ -4,6 +4,7 @@ module run_monitor
   use columns, only: energies, energy_type, list_columns, most_columns
   use, intrinsic :: iso_fortran_env, only: int64
   use events, only: event_log, never, watch
+  use judged_poses, only: accuracy_type, pose_choice
   use kinds, only: dp
   use largest_pressure, only: find_pressures, flange_pressure, hardest_rows, has_pressures, moment_type, pressure_type
   use motion_state, only: motion_type
@@ -38,6 +39,7 @@ module run_monitor
     real(dp) :: extreme_time(6) = 0        !! [s]
     type(pressure_type) :: pressure        !! largest pressure of all contacts
     type(flange_pressure) :: flange(2)     !! at the first peak of the left and of the right flange
+    type(accuracy_type) :: accuracy        !! of the contact forces
     real(dp) :: largest_impulse(4) = 0     !! largest impulse of each contact in one impact [N s]
     real(dp) :: impulse_time(4) = 0        !! [s]
     real(dp) :: drift = 0                  !! largest |total energy - work + losses - initial|, over all steps [J]
@@ -67,6 +69,7 @@ module run_monitor
     real(dp) :: push_before(4) = 0         !! integral of each normal force until the contact first touches [N s]
     type(moment_type) :: first_peak(4)     !! of each contact
     type(hardest_rows) :: hardest
+    type(pose_choice) :: judged
   contains
     procedure :: start
     procedure :: put
@@ -75,6 +78,7 @@ module run_monitor
     procedure :: note_forces
     procedure :: note_energy
     procedure :: press
+    procedure :: judge
   end type run_monitor_type
 
 contains
@@ -109,6 +113,7 @@ contains
 
     call list_columns(this%c, this%setup, motion, this%first_energy, values, n, stations=stations)
     if (has_pressures(this%c)) call this%hardest%note(this%setup%side, motion, normal_forces(motion), stations)
+    if (is_judged(this%c)) call this%judged%note(motion)
     call this%queue%put(values(:n), kind)
     call this%note_energy(motion)
   end subroutine put
@@ -210,6 +215,19 @@ contains
     if (has_pressures(this%c)) call find_pressures(this%c, this%setup%side, this%hardest, &
       this%first_peak(flanges), this%run%pressure, this%run%flange)
   end subroutine press
+
+  !> Accuracy of the contact forces of the run that has ended.
+  subroutine judge(this)
+    class(run_monitor_type), intent(inout) :: this
+
+    if (is_judged(this%c)) call this%judged%measure(this%setup%wheelset, this%run%accuracy)
+  end subroutine judge
+
+  pure logical function is_judged(c)
+    type(case_type), intent(in) :: c
+
+    is_judged = c%formulation == 'elastic' .and. c%judged == 'yes'
+  end function is_judged
 
   !> The largest drift of the energy balance.
   subroutine note_energy(this, motion)

@@ -10,7 +10,7 @@ module run_results
   use results, only: newline, result_list, rounded
   use run_monitor, only: run_type
   use run_setup, only: setup_type
-  use table_results, only: list_tables
+  use table_results, only: list_accuracy, list_tables, list_work
   use text, only: joined, str
   use wheelset, only: contact_name, flanges
   implicit none
@@ -88,8 +88,7 @@ contains
     items = result_list('', '', '')
     call list_setup(c, setup, items)
     call list_outcome(c, run, items)
-    call items%add('', [setup%table_seconds], '', 'processor time [s]: table #', 'f0.2')
-    call items%add('', [run%seconds], '', merge(' (found)', ' (built)', setup%table_found)//', integration #'//newline, 'f0.2')
+    call list_work(c, setup, run%seconds, items)
     lines = lines//items%sentences
     call wrap(lines)
     lines = lines//'columns: '//trim(output_path(c))//', '//str(run%rows)//' row'//trim(merge(' ', 's', run%rows == 1))//newline
@@ -175,6 +174,7 @@ contains
     call list_peaks('peak normal forces [kN]:', 'peak_N_', 't_peak_', run%peak, run%peak_time, 'N', kilo)
     call list_first_contacts(run, rigid, items)
     call list_pressures(run, items)
+    call list_accuracy(c, run%accuracy, items)
     if (rigid) then
       call list_peaks('largest impulses [N s]:', 'peak_P_', 't_peak_P_', run%largest_impulse, run%impulse_time, &
         'N s, in one impact', 1.0_dp)

@@ -30,8 +30,7 @@ module run_setup
     integer :: modes = 3               !! number of eigenmodes: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies at `rest`, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! modes y, z, roll in columns
-    logical :: table_found = .false.   !! all tables were read from files
-    real(dp) :: table_seconds = 0      !! processor time for the tables
+    real(dp) :: seconds = 0            !! processor time for the preparation
   end type setup_type
 
 contains

@@ -18,7 +18,7 @@ module simulation
   use row_sink, only: on_grid, row_writer
   use run_monitor, only: run_monitor_type, run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
-  use run_tables, only: load_or_build_tables
+  use run_tables, only: open_tables
   implicit none
   private
   public :: prepare, simulate
@@ -26,17 +26,20 @@ module simulation
 contains
 
   !> Prepare a run up to the start of the integration. `free_tables` of run_tables frees the tables.
-  subroutine prepare(c, setup, error, watcher)
+  subroutine prepare(c, setup, error)
     type(case_type), intent(in) :: c
     type(setup_type), intent(out) :: setup
     type(error_type), allocatable, intent(out) :: error
-    class(monitor_type), intent(inout), optional :: watcher
+    real(dp) :: from, to
 
+    call cpu_time(from)
     call place_sides(c, setup, error)
     if (allocated(error)) return
     setup%modes = merge(3, 1, c%formulation == 'elastic')
-    if (c%formulation == 'elastic') call load_or_build_tables(c, setup, error, watcher)
-    if (.not. allocated(error)) call set_wheelset(c, setup, error)
+    if (c%formulation == 'elastic') call open_tables(c, setup)
+    call set_wheelset(c, setup, error)
+    call cpu_time(to)
+    setup%seconds = to - from
   end subroutine prepare
 
   !> Integrate from the initial conditions to the stop condition.
@@ -112,6 +115,7 @@ contains
     call monitor%queue%pass_rows(huge(at), error)
     if (allocated(error)) return
     call monitor%press()
+    call monitor%judge()
     run = monitor%run
     run%rows = monitor%queue%passed
     run%last = monitor%queue%last
@@ -126,7 +130,7 @@ contains
       real(dp), intent(in) :: share
 
       if (.not. present(watcher)) return
-      call watcher%report('integration', share)
+      call watcher%report(share)
       monitor%run%cancelled = watcher%stop
     end subroutine report_progress
 

@@ -6,20 +6,18 @@ module progress
   use system, only: on_terminal
   implicit none
   private
-  public :: monitor_type, terminal_monitor, goes_on, table_reached
+  public :: monitor_type, terminal_monitor
 
   type, abstract :: monitor_type
     logical :: stop = .false.            !! set it to end the computation early
-    real(dp) :: table_share = 0          !! of the work on a contact table, that is done
   contains
     procedure(report), deferred :: report
   end type monitor_type
 
   abstract interface
-    subroutine report(this, stage, share)
+    subroutine report(this, share)
       import :: dp, monitor_type
       class(monitor_type), intent(inout) :: this
-      character(*), intent(in) :: stage  !! 'table' or 'integration'
       real(dp), intent(in) :: share      !! completed share, 0 to 1
     end subroutine report
   end interface
@@ -37,35 +35,6 @@ module progress
 
 contains
 
-  !> A stage of the work on a contact table has ended.
-  subroutine table_reached(share, watcher)
-    real(dp), intent(in) :: share          !! of the work
-    class(monitor_type), intent(inout), optional :: watcher
-
-    if (.not. present(watcher)) return
-    watcher%table_share = share
-    call watcher%report('table', share)
-  end subroutine table_reached
-
-  !> Whether a piece of the work on a contact table is to be done. The thread that began the work asks the watcher.
-  logical function goes_on(stopped, watcher)
-    !$ use omp_lib, only: omp_get_thread_num
-    logical, intent(inout) :: stopped      !! shared by the threads
-    class(monitor_type), intent(inout), optional :: watcher
-    logical :: no_more
-
-    !$omp atomic read
-    no_more = stopped
-    goes_on = .not. no_more
-    if (.not. present(watcher) .or. .not. goes_on) return
-    !$ if (omp_get_thread_num() /= 0) return
-    call watcher%report('table', watcher%table_share)
-    goes_on = .not. watcher%stop
-    if (goes_on) return
-    !$omp atomic write
-    stopped = .true.
-  end function goes_on
-
   subroutine begin(this)
     class(terminal_monitor), intent(inout) :: this
 
@@ -73,9 +42,8 @@ contains
     call system_clock(this%started)
   end subroutine begin
 
-  subroutine show(this, stage, share)
+  subroutine show(this, share)
     class(terminal_monitor), intent(inout) :: this
-    character(*), intent(in) :: stage
     real(dp), intent(in) :: share
     integer(int64) :: now, rate
 
@@ -83,7 +51,7 @@ contains
     call system_clock(now, rate)
     if (now - this%started < rate) return
     this%shown = .true.
-    write (error_unit, '(a,i3,a)', advance='no') achar(13)//'ldbench: '//stage//' ', nint(100*share), ' %   '
+    write (error_unit, '(a,i3,a)', advance='no') achar(13)//'ldbench: integration ', nint(100*share), ' %   '
   end subroutine show
 
   subroutine clear(this)

@@ -6,9 +6,10 @@ module system
   use kinds, only: dp
   implicit none
   private
-  public :: on_terminal, read_file, write_output, survive_long_files, scratch_file, lacks_folder, last_slash, c_exit
+  public :: on_terminal, read_file, write_output, survive_long_files, scratch_file, make_folder, lacks_folder, &
+    last_slash, c_exit
 
-  !> The folder for output files that the case does not name. The program makes no other folder.
+  !> The folder for output files that the case does not name.
   character(*), parameter, public :: default_folder = 'outputs'
 
   !> A file that is written under another name beside its own, `file.ldbench-part` and a random number, and renamed over
@@ -193,19 +194,27 @@ contains
     ignored = c_fclose(file)
   end function is_replaceable
 
+  !> Make a folder if it is missing, and the default folder if it lies there. Files that are written to it show whether it is there.
+  subroutine make_folder(folder)
+    character(*), intent(in) :: folder
+    integer(c_int), parameter :: for_all = int(o'777', c_int)   ! the process's umask takes permissions away
+    integer(c_int) :: ignored
+
+    if (lacks_folder(folder)) ignored = c_mkdir(default_folder//c_null_char, for_all)
+    ignored = c_mkdir(folder//c_null_char, for_all)
+  end subroutine make_folder
+
   !> Begin a file; the default folder is made for it.
   subroutine begin(this, file)
     class(scratch_file), intent(inout) :: this
     character(*), intent(in) :: file
-    integer(c_int), parameter :: for_all = int(o'777', c_int)   ! the process's umask takes permissions away
-    integer(c_int) :: ignored
     real(dp) :: draws(2)
     character(16) :: number
 
     this%name = file
     this%ok = is_replaceable(file)
     if (.not. this%ok) return
-    if (lacks_folder(file)) ignored = c_mkdir(default_folder//c_null_char, for_all)
+    if (lacks_folder(file)) call make_folder(default_folder)
     call random_seed()       ! the system's seed: other processes and threads draw other numbers
     call random_number(draws)
     write (number, '(2z8.8)') int(draws*huge(1))

@@ -4,22 +4,15 @@
 !> Tread and flange are names for the zones that carry: a contact is the flange's if its contact angle is at least the
 !> threshold of the case, or if it is on the flange's tip.
 module contact_table
-  use bspline, only: axis_basis, axis_holds, axis_type
+  use bspline, only: axis_basis, axis_cell, axis_holds, axis_type
+  use contact_law, only: law_type
   use contact_zones, only: is_steep, max_zones, usual_flange_angle
   use kinds, only: dp
   use zone_coupling, only: add_coupling, coupling_type, find_influence, pair_table, press_together
-  use zone_tables, only: find_touching, inside, outside_law, outside_roll, roll_type, touching_type, zone_potential, zone_table
+  use zone_tables, only: find_touching, gap_type, inside, outside_roll, roll_type, touching_type, zone_potential, zone_table
   implicit none
   private
-  public :: table_type, accuracy_type, find_roll, wheel_potential, coupled_forces
-
-  !> Error of a wheel's force F against direct evaluation, relative to max(|F|, 5 kN): on the tread, on the flange, on
-  !> both at once, and in rolling over the rail. A place without poses has no known error.
-  type :: accuracy_type
-    integer :: unsolved = 0             !! poses left out, as their direct evaluation did not converge
-    integer :: poses(4) = 0             !! compared
-    real(dp) :: rms(4) = 0, largest(4) = 0   !! errors
-  end type accuracy_type
+  public :: table_type, find_roll, wheel_potential
 
   type :: table_type
     character(:), allocatable :: key    !! everything that the table depends on
@@ -27,8 +20,9 @@ module contact_table
     type(zone_table), allocatable :: zones(:)
     type(pair_table), allocatable :: pairs(:)   !! not allocated if zones do not act on each other
     real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`, as of the side
-    type(accuracy_type) :: accuracy
+    type(law_type) :: law               !! what the table tabulates
     integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
+    integer :: found = 0, kept = 0      !! of them, read from the file, and now in the file
   end type table_type
 
 contains
@@ -51,39 +45,39 @@ contains
     roll%sine = sin(angle)
     opposite%cosine = roll%cosine
     opposite%sine = -roll%sine
-    call axis_basis(t%roll, angle, roll%basis, with_hessian)
-    call axis_basis(t%roll, -angle, opposite%basis, with_hessian)
+    call axis_basis(t%roll, axis_cell(t%roll, angle), angle, roll%basis, with_hessian)
+    call axis_basis(t%roll, axis_cell(t%roll, -angle), -angle, opposite%basis, with_hessian)
   end subroutine find_roll
 
   !> Compute the elastic energy [J] of the left wheel's tread and flange, its gradients with respect to the pose
   !> (y, z, roll) [N, N, N m], and, if wanted, the Hessian (yy, yz, y roll, zz, z roll, roll roll) of the sum, else 0.
-  !> The status is `inside`, or says why the pose is not on the table.
-  pure subroutine wheel_potential(t, pose, roll, with_hessian, energy, gradient, hessian, status)
+  !> The status is `inside`, or says why the pose is not on the table; if it is `missing`, `gap` says what is to be solved first.
+  pure subroutine wheel_potential(t, pose, roll, with_hessian, energy, gradient, hessian, status, gap)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
     type(roll_type), intent(in) :: roll    !! roll of the pose
     logical, intent(in) :: with_hessian    !! whether the Hessian is wanted
     real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
     integer, intent(out) :: status
+    type(gap_type), intent(out) :: gap
     type(touching_type) :: zones(max_zones)
     type(coupling_type) :: coupling
     integer :: i, n, branch
-    logical :: ok
 
     energy = 0
     gradient = 0
     hessian = 0
-    call find_zones_touching(t, pose, roll, with_hessian, n, zones, status)
+    call find_zones_touching(t, pose, roll, with_hessian, n, zones, status, gap)
     if (n == 0 .or. status /= inside) return
     coupling%n = 0
-    if (n > 1 .and. allocated(t%pairs)) call find_influence(t%zones, t%pairs, roll, with_hessian, n, zones, coupling)
-    if (coupling%n > 0) then
-      call press_together(t%zones, roll, n, coupling%c, zones, ok)
-      if (.not. ok) status = outside_law
-      if (.not. ok) return
+    if (n > 1 .and. allocated(t%pairs)) then
+      call find_influence(t%zones, t%pairs, roll, with_hessian, n, zones, coupling, status, gap)
+      if (status /= inside) return
     end if
+    if (coupling%n > 0) call press_together(t%zones, roll, n, coupling%c, zones, status, gap)
+    if (status /= inside) return
     do i = 1, n
-      call zone_potential(t%zones(zones(i)%zone), roll, with_hessian, zones(i), status)
+      call zone_potential(t%zones(zones(i)%zone), roll, with_hessian, zones(i), status, gap)
       if (status /= inside) return
     end do
     if (coupling%n > 0) call add_coupling(n, with_hessian, coupling, zones, hessian)
@@ -99,7 +93,7 @@ contains
   end subroutine wheel_potential
 
   !> Find the zones that touch in a pose. The search ends at a zone that is not on the table.
-  pure subroutine find_zones_touching(t, pose, roll, with_hessian, n, zones, status)
+  pure subroutine find_zones_touching(t, pose, roll, with_hessian, n, zones, status, gap)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll
@@ -107,16 +101,17 @@ contains
     integer, intent(out) :: n
     type(touching_type), intent(inout) :: zones(max_zones)
     integer, intent(out) :: status
+    type(gap_type), intent(inout) :: gap
     integer :: i
 
     status = inside
     n = 0
     do i = 1, size(t%zones)
-      call find_touching(t%zones(i), pose, roll, with_hessian, zones(n + 1), status)
+      zones(n + 1)%zone = i
+      call find_touching(t%zones(i), pose, roll, with_hessian, zones(n + 1), status, gap)
       if (status /= inside) return
       if (zones(n + 1)%p <= 0) cycle
       n = n + 1
-      zones(n)%zone = i
       if (n == max_zones) exit
     end do
   end subroutine find_zones_touching
@@ -128,37 +123,5 @@ contains
 
     on_flange = is_steep(t%threshold, -z%gradient(:2)) .or. z%u > t%zones(z%zone)%tip
   end function on_flange
-
-  !> Compute the forces [N] of the zones of the left wheel along w in a pose, and how far the other zones lower the surface of
-  !> each [m], for given influences on each other; 0 where no solution is found.
-  pure subroutine coupled_forces(t, pose, roll, influence, force, shift)
-    type(table_type), intent(in) :: t
-    real(dp), intent(in) :: pose(3)
-    type(roll_type), intent(in) :: roll
-    real(dp), intent(in) :: influence(:, :)     !! (zone, zone) [m/N]
-    real(dp), intent(out) :: force(:), shift(:) !! (zone)
-    type(touching_type) :: zones(max_zones)
-    real(dp) :: c(max_zones, max_zones)
-    integer :: i, j, n, status
-    logical :: ok
-
-    shift = 0
-    force = 0
-    call find_zones_touching(t, pose, roll, .false., n, zones, status)
-    if (n == 0 .or. status /= inside) return
-    do j = 1, n
-      do i = 1, n
-        c(i, j) = influence(zones(i)%zone, zones(j)%zone)
-      end do
-    end do
-    call press_together(t%zones, roll, n, c, zones, ok)
-    if (.not. ok) return
-    do i = 1, n
-      call zone_potential(t%zones(zones(i)%zone), roll, .false., zones(i), status)
-      if (zones(i)%energy <= 0) cycle
-      shift(zones(i)%zone) = zones(i)%shift
-      force(zones(i)%zone) = zones(i)%force
-    end do
-  end subroutine coupled_forces
 
 end module contact_table

@@ -6,19 +6,21 @@
 !> U is stationary in the forces f, so that f_i is its derivative with respect to the penetration of zone i, and a zone begins to
 !> carry where its lowered surface touches.
 module zone_coupling
-  use bspline, only: axis_basis, axis_type, basis_type, spline_3d
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use bspline, only: axis_basis, axis_cell, axis_type, basis_type, spline_3d
   use contact_zones, only: max_zones
   use kinds, only: dp
-  use zone_tables, only: find_touching, inside, line_type, press_line, roll_type, to_pose, touching_type, zone_table
+  use zone_tables, only: gap_of_influence, gap_type, inside, line_type, missing, outside_law, press_line, roll_type, to_pose, &
+    touching_type, zone_table
   implicit none
   private
-  public :: pair_table, coupling_type, find_influence, press_together, add_coupling, pair_influence
+  public :: pair_table, coupling_type, find_influence, press_together, add_coupling
 
   !> Influence c of two zones on each other: a force on one lowers the surface of the other by c times the force.
   type :: pair_table
     integer :: zone(2) = 0
     type(axis_type) :: u, roll, p       !! of the second zone
-    real(dp), allocatable :: c(:, :, :) !! coefficients over (p, roll, u)
+    real(dp), allocatable :: c(:, :, :), c_at(:, :, :)   !! coefficients and values over (p, roll, u) [m/N]
   end type pair_table
 
   !> An influence and its derivatives with respect to the pose; the zones that touch are counted.
@@ -36,8 +38,8 @@ module zone_coupling
 
 contains
 
-  !> Influences of the zones on each other [m/N], 0 on the diagonal, and their derivatives.
-  pure subroutine find_influence(tables, pairs, roll, with_hessian, n, zones, coupling)
+  !> Influences of the zones on each other [m/N], 0 on the diagonal, and their derivatives. The status is `inside` or `missing`.
+  pure subroutine find_influence(tables, pairs, roll, with_hessian, n, zones, coupling, status, gap)
     type(zone_table), intent(in) :: tables(:)
     type(pair_table), intent(in) :: pairs(:)
     type(roll_type), intent(in) :: roll
@@ -45,9 +47,12 @@ contains
     integer, intent(in) :: n
     type(touching_type), intent(in) :: zones(:)
     type(coupling_type), intent(inout) :: coupling
+    integer, intent(out) :: status
+    type(gap_type), intent(inout) :: gap
     real(dp) :: v(10)
-    integer :: place(max_zones), i, j, m
+    integer :: place(max_zones), cell(3), i, j, m
 
+    status = inside
     coupling%c(:n, :n) = 0
     place = 0
     do i = 1, n
@@ -58,7 +63,12 @@ contains
         i = place(pair%zone(1))
         j = place(pair%zone(2))
         if (i == 0 .or. j == 0) cycle
-        call evaluate(pair, zones(j), roll, with_hessian, v)
+        call evaluate(pair, zones(j), roll, with_hessian, v, cell)
+        if (ieee_is_nan(v(1))) then
+          status = missing
+          gap = gap_type(gap_of_influence, m, cell)
+          return
+        end if
         if (v(1) <= 0) cycle
         coupling%n = coupling%n + 1
         associate (one => coupling%list(coupling%n))
@@ -74,22 +84,24 @@ contains
   end subroutine find_influence
 
   !> Find how far the zones lower the surface of each other: shift_i = sum c_ij f_j, with the force f_j of zone j on its
-  !> lowered surface, by Newton's method. `ok` is false if it does not converge.
-  pure subroutine press_together(tables, roll, n, c, zones, ok)
+  !> lowered surface, by Newton's method. The status is `inside`, `missing`, or `outside_law` if it does not converge.
+  pure subroutine press_together(tables, roll, n, c, zones, status, gap)
     type(zone_table), intent(in) :: tables(:)
     type(roll_type), intent(in) :: roll
     integer, intent(in) :: n
     real(dp), intent(in) :: c(max_zones, max_zones)   !! influences, 0 on the diagonal [m/N]
     type(touching_type), intent(inout) :: zones(:)
-    logical, intent(out) :: ok
+    integer, intent(out) :: status
+    type(gap_type), intent(inout) :: gap
     real(dp), parameter :: close = 1e-10_dp     ! last step [m]: Newton's method squares the error once more
     integer, parameter :: patience = 12, most = 60
     type(line_type) :: line(max_zones)
     real(dp), dimension(max_zones) :: f, k, step
     real(dp) :: a(max_zones, max_zones)
-    logical :: open(max_zones)
+    logical :: open(max_zones), ok
     integer :: i, j, deepest, iter
 
+    status = inside
     line%cell = 0
     f = 0
     open = .true.
@@ -103,7 +115,8 @@ contains
       end do
       open(deepest) = .false.
       zones(deepest)%shift = dot_product(c(:n, deepest), f(:n))
-      call press_line(tables(zones(deepest)%zone), roll, zones(deepest), line(deepest), f(deepest), k(deepest))
+      call press_line(tables(zones(deepest)%zone), roll, zones(deepest), line(deepest), f(deepest), k(deepest), status, gap)
+      if (status /= inside) return
     end do
     do iter = 1, most
       do j = 1, n
@@ -120,9 +133,11 @@ contains
       end do
       if (ok) return
       do i = 1, n
-        call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i))
+        call press_line(tables(zones(i)%zone), roll, zones(i), line(i), f(i), k(i), status, gap)
+        if (status /= inside) return
       end do
     end do
+    status = outside_law
   end subroutine press_together
 
   !> Add the energy of the coupling, and to every zone its half of the gradient; the coupling's Hessian is that of the sum.
@@ -187,35 +202,20 @@ contains
       (full(2, 3) + full(3, 2))/2, full(3, 3)]
   end subroutine add_coupling
 
-  !> Return the influence of the zones of a pair on each other in a pose [m/N].
-  pure real(dp) function pair_influence(tables, pair, pose, roll) result(c)
-    type(zone_table), intent(in) :: tables(:)
-    type(pair_table), intent(in) :: pair
-    real(dp), intent(in) :: pose(3)
-    type(roll_type), intent(in) :: roll
-    type(touching_type) :: z
-    real(dp) :: v(10)
-    integer :: status
-
-    c = 0
-    call find_touching(tables(pair%zone(2)), pose, roll, .false., z, status)
-    if (status /= inside .or. z%p <= 0) return
-    call evaluate(pair, z, roll, .false., v)
-    c = max(0.0_dp, v(1))
-  end function pair_influence
-
-  !> Value and derivatives of the influence of a pair, whose second zone is z: see `spline_3d`.
-  pure subroutine evaluate(pair, z, roll, with_hessian, v)
+  !> Value and derivatives of the influence of a pair, whose second zone is z (see `spline_3d`), and the cell that they are in.
+  pure subroutine evaluate(pair, z, roll, with_hessian, v, cell)
     type(pair_table), intent(in) :: pair
     type(touching_type), intent(in) :: z
     type(roll_type), intent(in) :: roll
     logical, intent(in) :: with_hessian
     real(dp), intent(out) :: v(10)
+    integer, intent(out) :: cell(3)
     type(basis_type) :: bp, br, bu
 
-    call axis_basis(pair%p, z%p, bp, with_hessian)
-    call axis_basis(pair%roll, roll%angle, br, with_hessian)
-    call axis_basis(pair%u, z%u, bu, with_hessian)
+    cell = [axis_cell(pair%p, z%p), axis_cell(pair%roll, roll%angle), axis_cell(pair%u, z%u)]
+    call axis_basis(pair%p, cell(1), z%p, bp, with_hessian)
+    call axis_basis(pair%roll, cell(2), roll%angle, br, with_hessian)
+    call axis_basis(pair%u, cell(3), z%u, bu, with_hessian)
     call spline_3d(pair%c, bp, br, bu, with_hessian, v)
   end subroutine evaluate
 

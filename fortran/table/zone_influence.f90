@@ -1,235 +1,215 @@
-!> Influence of the zones of a wheel on each other: the mean influence of the loads of two zones, in half-spaces that are
-!> pressed as a whole. It depends on where the loads are, and hardly on how large they are, so that few points of a table do.
+!> Influence of the zones of a wheel on each other in one pose: the mean influence of the loads of two zones, in half-spaces that
+!> are pressed as a whole. It depends on where the loads are, and hardly on how large they are.
 !>
 !> Where only one of two zones carries, it is the influence on the point of the other zone that is nearest to touching: in
-!> this way a zone begins to carry where it does in the whole wheel.
+!> this way a zone begins to carry where it does in the whole wheel. Where both carry it is that influence with which the
+!> coupled zones have the energy of the whole wheel. So patches of two zones that have merged have the energy of the one patch.
 module zone_influence
-  use bspline, only: axis_type, fit_3d, graded_points, new_axis
-  use contact_table, only: coupled_forces, find_roll, table_type
-  use zone_coupling, only: pair_influence, pair_table
-  use zone_tables, only: inside, roll_type, zone_penetration, zone_pose
-  use grid_refinement, only: first_roll, grid_type, new_grid
-  use halfspace_correction, only: fill_gaps, heights
+  use contact_law, only: law_type
   use halfspace_patches, only: force_between, influence_between, patches_type, press_patches
   use kinds, only: dp
+  use linear_solver, only: solve_linear
   use patch_grids, only: elements_type
-  use progress, only: goes_on, monitor_type
-  use service_poses, only: find_allowance, request_type
   use station_scan, only: new_scan, scan_depth, scan_type
-  use strip_law, only: set_moduli
-  use table_sampling, only: press_zone
   implicit none
   private
-  public :: add_pairs
+  public :: find_influences
 
-  integer, parameter :: points(2) = [81, 21]        ! of u and roll
-  real(dp), parameter :: fine_u = 1e-3_dp           ! u is fine within this distance of 0 [m]
-  real(dp), parameter :: depths(*) = [0.0_dp, 0.02_dp, 0.05_dp, 0.1_dp, 0.16_dp, 0.24_dp, 0.34_dp, 0.45_dp, 0.6_dp, 0.8_dp, &
-    1.0_dp]                                         ! points of the penetration, relative to the table's depth
+  !> Energy of a zone that is pressed alone, about some shift: energy*(1 - (shift - here)/reach)^(5/2), which has the energy and the
+  !> force of the zone there.
+  type :: law_about
+    real(dp) :: energy = 0, here = 0, reach = 1   !! [J, m, m]
+  end type law_about
 
 contains
 
-  !> Add the influences of all pairs of zones to a table. `stopped` is true if the watcher asked to stop.
-  subroutine add_pairs(request, elements, table, solutions, stopped, watcher)
-    type(request_type), intent(in) :: request
+  !> Influences of the zones before zone j on zone j [m/N], 0 for the others, in a wheel that ends with zone j. So they are smooth
+  !> where a zone behind it begins to carry. `ok` is false if a solution did not converge.
+  recursive subroutine find_influences(law, elements, j, pose, influence, ok)
+    type(law_type), intent(in) :: law
     type(elements_type), intent(in) :: elements
-    type(table_type), intent(inout) :: table
-    integer, intent(inout) :: solutions(2)   !! poses solved, and those that did not converge
-    logical, intent(out) :: stopped
-    class(monitor_type), intent(inout), optional :: watcher
-    type(grid_type), allocatable :: grid(:)  ! of the zones before j
-    type(pair_table) :: pairs(size(table%zones)*(size(table%zones) - 1)/2)
-    type(axis_type) :: u, roll, p
-    integer :: i, j, m, n, n_pairs
-
-    n = size(table%zones)
-    p = new_axis(depths*request%extent%depth)
-    roll = first_roll(request%extent, points(2))
-    allocate (table%pairs(0))
-    n_pairs = 0
-    stopped = .false.
-    do j = 2, n
-      u = new_axis(graded_points(table%zones(j)%u%low, table%zones(j)%u%high, fine_u, points(1)))
-      ! An array constructor of types with allocatable components would leak in gfortran.
-      if (allocated(grid)) deallocate (grid)
-      allocate (grid(j - 1))
-      do i = 1, j - 1
-        grid(i) = new_grid(u, roll, p, [0.0_dp, 0.0_dp, 0.0_dp], 0.0_dp)
-      end do
-      !$omp parallel do schedule(dynamic) shared(stopped) reduction(+:solutions)
-      do m = 1, points(2)
-        if (goes_on(stopped, watcher)) &
-          call sample_pairs(request, elements, table, j, m, grid, solutions)
-      end do
-      if (stopped) return
-      do i = 1, j - 1
-        if (.not. any(grid(i)%known)) cycle
-        call fill_gaps(grid(i))
-        n_pairs = n_pairs + 1
-        pairs(n_pairs) = new_pair(i, j, grid(i))
-      end do
-      table%pairs = pairs(:n_pairs)
-    end do
-  end subroutine add_pairs
-
-  type(pair_table) function new_pair(i, j, grid) result(pair)
-    integer, intent(in) :: i, j
-    type(grid_type), intent(in) :: grid
-
-    pair%zone = [i, j]
-    pair%u = grid%u
-    pair%roll = grid%roll
-    pair%p = grid%q
-    call fit_3d(grid%q, grid%roll, grid%u, reshape(grid%f, [grid%q%n, grid%roll%n, grid%u%n], order=[1, 3, 2]), pair%c)
-  end function new_pair
-
-  !> Solve the poses at the m-th roll angle of zone j in which zones before it touch, too. The pairs of those are in the table.
-  subroutine sample_pairs(request, elements, table, j, m, grid, solutions)
-    type(request_type), intent(in) :: request
-    type(elements_type), intent(in) :: elements
-    type(table_type), intent(in) :: table
-    integer, intent(in) :: j, m
-    type(grid_type), intent(inout) :: grid(:)     !! of the zones before j
-    integer, intent(inout) :: solutions(2)
+    integer, intent(in) :: j
+    real(dp), intent(in) :: pose(3)            !! [m, rad]
+    real(dp), intent(out) :: influence(:)      !! (zone)
+    logical, intent(out) :: ok
     type(scan_type) :: scan
     type(patches_type) :: patches
-    type(roll_type) :: roll, opposite
-    real(dp) :: h(grid(1)%u%n), pose(3), allowance, deepest_other, k(size(request%side%pair%s))
-    real(dp) :: c(size(table%zones), size(table%zones))   ! influences of zones on each other [m/N]
-    integer :: i, l, v, status
-    logical :: touching(size(table%zones))
+    real(dp) :: mean, load(2), angle, part(2), force(j), known(j, j)
+    integer :: i, order(2)
+    logical :: converged
 
-    call find_roll(table, grid(1)%roll%x(m), .false., roll, opposite, status)
-    if (status /= inside) return
-    h = heights(table, j, grid(1)%u%x, roll%angle)
-    do i = 1, j
-      call set_moduli(request%side%pair, request%side%zones(i), elements%e_star, roll%angle, k)
-    end do
-    associate (side => request%side, u => grid(1)%u, p => grid(1)%q)
-      scan = new_scan(side%pair)
-      do v = 1, u%n
-        do l = 1, p%n
-          pose = zone_pose(table%zones(j), u%x(v), h(v) - p%x(l), roll%angle)
-          call find_allowance(request, table, j, p%x(max(1, l - 2)), pose, .true., allowance, deepest_other)
-          if (allowance <= 0 .or. deepest_other <= 0) cycle
-          touching = [(zone_penetration(table%zones(i), pose, roll) > 0 .or. i == j, i=1, size(touching))]
-          if (.not. any(touching(:j - 1))) cycle
-          scan%fresh = .true.
-          call scan_depth(side%pair, pose(:2), pose(3), minval(side%zones%first), maxval(side%zones%last), scan)
-          call press_patches(side%pair, elements, minval(side%zones%first), maxval(side%zones%last), pose(:2), pose(3), scan, &
-            patches)
-          solutions = solutions + [1, merge(0, 1, patches%ok)]
-          call find_influences()
-          if (carrying() == 2) call match_energy(request, elements, table, pose, roll, j, patches%energy, k, scan, c, &
-            solutions)
-          do i = 1, j - 1
-            if (c(i, j) <= 0) cycle
-            grid(i)%f(l, v, m) = c(i, j)
-            grid(i)%known(l, v, m) = .true.
-          end do
-        end do
+    influence = 0
+    associate (pair => law%side%pair, zones => law%side%zones(:j))
+      scan = new_scan(pair)
+      call scan_depth(pair, pose(:2), pose(3), minval(zones%first), maxval(zones%last), scan)
+      call press_patches(pair, elements, minval(zones%first), maxval(zones%last), pose(:2), pose(3), scan, patches)
+      ok = patches%ok
+      if (patches%n == 0) return
+      force = [(along_zone(law, patches, i), i=1, j)]
+      do i = 1, j - 1
+        order = [i, j]
+        call influence_between(pair, elements, scan, patches, zones(order)%first, zones(order)%last, mean, load, angle)
+        if (all(load <= 0)) cycle
+        ! Along the normals w of the zones' coordinates.
+        part = cos(angle + pose(3) - zones(order)%alpha)
+        where (load > 0) part = force(order)/load
+        if (all(part > 0)) influence(i) = mean/product(part)
       end do
     end associate
-
-  contains
-
-    !> Number of zones that carry.
-    integer function carrying()
-      real(dp) :: force(3)
-      integer :: z
-
-      carrying = 0
-      do z = 1, size(touching)
-        associate (zone => request%side%zones(z))
-          force = force_between(patches, request%side%pair%s(zone%first), request%side%pair%s(zone%last))
-        end associate
-        if (norm2(force) > 0) carrying = carrying + 1
-      end do
-    end function carrying
-
-    !> The influences c of the zones up to j that touch, for forces along the normals w of their coordinates.
-    subroutine find_influences()
-      real(dp) :: influence, load(2), angle
-      integer :: i, order(2)
-
-      c = 0
-      do i = 1, j - 1
-        if (.not. touching(i) .or. patches%n == 0) cycle
-        order = [i, j]
-        call influence_between(request%side%pair, elements, scan, patches, request%side%zones(order)%first, &
-          request%side%zones(order)%last, influence, load, angle)
-        if (any(load > 0)) c(i, j) = influence/(along_zone(i, load(1), angle)*along_zone(j, load(2), angle))
-        c(j, i) = c(i, j)
-      end do
-      do i = 1, size(table%pairs)
-        order = table%pairs(i)%zone
-        if (order(2) >= j) cycle
-        c(order(1), order(2)) = pair_influence(table%zones, table%pairs(i), pose, roll)
-        c(order(2), order(1)) = c(order(1), order(2))
-      end do
-    end subroutine find_influences
-
-    !> Force of a zone along w, per sum of its loads; of a zone without loads that at the angle of its nearest point.
-    real(dp) function along_zone(z, load, angle) result(part)
-      integer, intent(in) :: z
-      real(dp), intent(in) :: load, angle    !! [N]; of the wheel's tangent [rad]
-      real(dp) :: force(3)
-
-      associate (zone => request%side%zones(z))
-        part = cos(angle + roll%angle - zone%alpha)
-        if (load <= 0) return
-        force = force_between(patches, request%side%pair%s(zone%first), request%side%pair%s(zone%last))
-        part = dot_product(force(:2), [-sin(zone%alpha), cos(zone%alpha)])/load
-      end associate
-    end function along_zone
-
-  end subroutine sample_pairs
-
-  !> Scale the influences on zone j so that the coupled zones have the energy of the whole wheel; patches that meet make it
-  !> differ. The factor minimises (error of the energy/noise)^2 + (factor - 1)^2. The energy is stationary in the shifts, so
-  !> that the table's shifts suffice.
-  subroutine match_energy(request, elements, table, pose, roll, j, whole, k, scan, c, solutions)
-    type(request_type), intent(in) :: request
-    type(elements_type), intent(in) :: elements
-    type(table_type), intent(in) :: table
-    real(dp), intent(in) :: pose(3)
-    type(roll_type), intent(in) :: roll      !! of the pose
-    integer, intent(in) :: j
-    real(dp), intent(in) :: whole            !! energy of the whole wheel [J]
-    real(dp), intent(in) :: k(:)             !! moduli of the strips [Pa]
-    type(scan_type), intent(inout) :: scan   !! workspace
-    real(dp), intent(inout) :: c(:, :)       !! (zone, zone) [m/N]
-    integer, intent(inout) :: solutions(2)
-    real(dp), parameter :: noise = 2e-3_dp, least = 1.0_dp, largest = 1.5_dp   ! of the energies; of the factor
-    real(dp), dimension(size(table%zones)) :: force, shift
-    real(dp) :: energy, alone, strip, coupling, factor
-    integer :: z
-    logical :: ok
-
-    call coupled_forces(table, pose, roll, c, force, shift)
-    coupling = dot_product(force(:j), c(:j, j))*force(j)
-    if (coupling <= 0) return
-    energy = dot_product(force(:j), shift(:j))/2
-    do z = 1, j
-      if (force(z) <= 0) cycle
-      scan%fresh = .true.
-      call press_zone(request, z, elements, [pose(:2) + shift(z)*across(z), pose(3)], k, scan, strip, alone, ok)
-      solutions = solutions + [1, merge(0, 1, ok)]
-      energy = energy + alone
+    if (force(j) <= 0 .or. all(force(:j - 1) <= 0 .or. influence(:j - 1) <= 0)) return
+    known = 0
+    do i = 2, j - 1
+      if (force(i) <= 0 .or. all(force(:i - 1) <= 0)) cycle
+      call find_influences(law, elements, i, pose, known(:, i), converged)
+      ok = ok .and. converged
+      known(i, :) = known(:, i)
     end do
-    factor = max(least, min(1 + (energy - whole)*coupling/(coupling**2 + (noise*whole)**2), largest))
-    c(:, j) = factor*c(:, j)
-    c(j, :) = c(:, j)
+    call match_energy(law, elements, pack([(i, i=1, j)], force > 0), pose, patches%energy, pack(force, force > 0), known, &
+      influence, ok)
+  end subroutine find_influences
+
+  !> Force [N] of the loads of a zone along w.
+  pure real(dp) function along_zone(law, patches, z) result(force)
+    type(law_type), intent(in) :: law
+    type(patches_type), intent(in) :: patches
+    integer, intent(in) :: z
+    real(dp) :: sum(3)
+
+    associate (zone => law%side%zones(z), s => law%side%pair%s)
+      sum = force_between(patches, s(zone%first), s(zone%last))
+      force = dot_product(sum(:2), across(law, z))
+    end associate
+  end function along_zone
+
+  !> Direction of w of a zone, track frame.
+  pure function across(law, z)
+    type(law_type), intent(in) :: law
+    integer, intent(in) :: z
+    real(dp) :: across(2)
+
+    across = [-sin(law%side%zones(z)%alpha), cos(law%side%zones(z)%alpha)]
+  end function across
+
+  !> Multiply the influences on the last of some zones by a factor, so that coupled they have the energy of the whole wheel. It is
+  !> about 1 where one of them carries so little that the energy does not tell: it minimises
+  !> (error of the energy/noise)^2 + (factor - 1)^2.
+  subroutine match_energy(law, elements, z, pose, whole, carried, known, influence, ok)
+    type(law_type), intent(in) :: law
+    type(elements_type), intent(in) :: elements
+    integer, intent(in) :: z(:)                !! the zones that carry
+    real(dp), intent(in) :: pose(3)
+    real(dp), intent(in) :: whole              !! energy of the whole wheel [J]
+    real(dp), intent(in) :: carried(:)         !! forces of the zones in the whole wheel [N]
+    real(dp), intent(in) :: known(:, :)        !! influences of the zones before the last one on each other, (zone, zone) [m/N]
+    real(dp), intent(inout) :: influence(:)    !! on the last one, (zone) [m/N]
+    logical, intent(inout) :: ok
+    real(dp), parameter :: noise = 1e-3_dp     ! of the energies, relative
+    real(dp), parameter :: least = 0.2_dp      ! factor
+    real(dp), parameter :: close = 0.1_dp     ! changes of shifts after which the zones are not pressed again, of their reach
+    integer, parameter :: most_pressed = 2, most_steps = 20
+    type(law_about) :: alone(size(z))
+    real(dp), dimension(size(z)) :: shift, force
+    real(dp) :: c(size(z), size(z)), factor, error, step, weight, slope
+    integer :: k, n, pressed, iter
+
+    n = size(z)
+    factor = 1
+    c = known(z, z)
+    call set_last()
+    shift = matmul(c, carried)
+    do pressed = 1, most_pressed
+      do k = 1, n
+        call press_lowered(law, elements, z(k), pose, shift(k), alone(k), ok)
+        if (alone(k)%energy <= 0) return
+      end do
+      do iter = 1, most_steps
+        call share_load(alone, c, shift, force)
+        error = sum(energy_of(alone, shift)) + dot_product(force, matmul(c, force))/2 - whole
+        ! The energy of the coupled zones falls by this slope times a change of the factor.
+        slope = dot_product(force(:n - 1), influence(z(:n - 1)))*force(n)
+        weight = (noise*whole)**2
+        step = (slope*error + weight*(1 - factor))/(slope**2 + weight)
+        factor = max(least, min(factor + step, 2*factor))
+        call set_last()
+        if (abs(step) < 1e-3_dp*factor) exit
+      end do
+      call share_load(alone, c, shift, force)
+      if (all(abs(shift - alone%here) < close*alone%reach)) exit
+    end do
+    influence = factor*influence
 
   contains
 
-    pure function across(z)
-      integer, intent(in) :: z
-      real(dp) :: across(2)
-
-      across = [-sin(request%side%zones(z)%alpha), cos(request%side%zones(z)%alpha)]
-    end function across
+    subroutine set_last()
+      c(n, :n - 1) = factor*influence(z(:n - 1))
+      c(:n - 1, n) = c(n, :n - 1)
+    end subroutine set_last
 
   end subroutine match_energy
+
+  !> Press a zone alone whose surface is lowered.
+  subroutine press_lowered(law, elements, z, pose, shift, alone, ok)
+    type(law_type), intent(in) :: law
+    type(elements_type), intent(in) :: elements
+    integer, intent(in) :: z
+    real(dp), intent(in) :: pose(3), shift     !! [m, rad; m]
+    type(law_about), intent(out) :: alone
+    logical, intent(inout) :: ok
+    type(scan_type) :: scan
+    type(patches_type) :: patches
+    real(dp) :: centre(2)
+
+    associate (pair => law%side%pair, zone => law%side%zones(z))
+      scan = new_scan(pair)
+      centre = pose(:2) + shift*across(law, z)
+      call scan_depth(pair, centre, pose(3), zone%first, zone%last, scan)
+      call press_patches(pair, elements, zone%first, zone%last, centre, pose(3), scan, patches)
+      ok = ok .and. patches%ok
+      if (patches%n == 0) return
+      alone = law_about(patches%energy, shift, 2.5_dp*patches%energy/max(along_zone(law, patches, z), tiny(shift)))
+    end associate
+  end subroutine press_lowered
+
+  elemental real(dp) function energy_of(alone, shift)
+    type(law_about), intent(in) :: alone
+    real(dp), intent(in) :: shift
+
+    energy_of = alone%energy*max(0.0_dp, 1 - (shift - alone%here)/alone%reach)**2.5_dp
+  end function energy_of
+
+  elemental real(dp) function force_of(alone, shift)
+    type(law_about), intent(in) :: alone
+    real(dp), intent(in) :: shift
+
+    force_of = 2.5_dp*alone%energy/alone%reach*max(0.0_dp, 1 - (shift - alone%here)/alone%reach)**1.5_dp
+  end function force_of
+
+  !> Shifts and forces of zones that lower the surface of each other: shift_i = sum c_ij force_j, by Newton's method.
+  pure subroutine share_load(alone, c, shift, force)
+    type(law_about), intent(in) :: alone(:)
+    real(dp), intent(in) :: c(:, :)            !! influences, 0 on the diagonal [m/N]
+    real(dp), intent(inout) :: shift(:)
+    real(dp), intent(out) :: force(:)
+    integer, parameter :: patience = 12, most = 60
+    real(dp) :: a(size(shift), size(shift)), step(size(shift)), stiffness
+    integer :: iter, j
+    logical :: ok
+
+    do iter = 1, most
+      force = force_of(alone, shift)
+      step = matmul(c, force) - shift
+      do j = 1, size(shift)
+        stiffness = 3.75_dp*alone(j)%energy/alone(j)%reach**2*sqrt(max(0.0_dp, 1 - (shift(j) - alone(j)%here)/alone(j)%reach))
+        a(:, j) = c(:, j)*stiffness
+        a(j, j) = 1
+      end do
+      call solve_linear(a, step, ok)
+      if (.not. ok) exit
+      if (iter > patience) step = step/2
+      shift = shift + step
+      if (all(abs(step) < 1e-6_dp*alone%reach)) exit
+    end do
+    force = force_of(alone, shift)
+  end subroutine share_load
 
 end module zone_influence

@@ -8,18 +8,25 @@
 !>
 !> For a Hertzian patch U is proportional to p^(5/2), for a patch cut by the end of its zone to p^3, so S is smooth in q.
 !> h and S are tensor cubic B-splines. Forces are the exact gradient of the interpolant and stiffnesses its exact
-!> Hessian, so energy is conserved whatever the resolution.
+!> Hessian, so energy is conserved whatever the resolution. S belongs to the h of the spline, so that it makes up for the
+!> error of h.
+!>
+!> The table grows: a value at a point of the axes is solved when a force first needs it (`table_growth`). Until then it is NaN,
+!> and so is every coefficient that depends on it; a pose that needs one has the status `missing`, and a `gap` says where it is.
 !>
 !> Other zones may lower the surface of the zone by a shift: then q = sqrt((p - shift)+).
 module zone_tables
-  use bspline, only: axis_basis, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d, spline_3d_line
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use bspline, only: axis_basis, axis_cell, axis_holds, axis_type, basis_type, spline_2d, spline_2d_value, spline_3d, &
+    spline_3d_line
   use kinds, only: dp
   use wheel_rail_pair, only: rolled
   implicit none
   private
-  public :: zone_table, roll_type, touching_type, line_type, bound_heights, find_touching, zone_potential, press_line, &
-    zone_penetration, zone_pose, to_pose
-  public :: inside, outside_lateral, outside_roll, outside_depth, outside_law
+  public :: zone_table, roll_type, touching_type, line_type, gap_type, find_touching, zone_potential, press_line, height, &
+    zone_pose, to_pose
+  public :: inside, outside_lateral, outside_roll, outside_depth, outside_law, missing
+  public :: gap_of_height, gap_of_energy, gap_of_influence
 
   !> The table of a zone.
   type :: zone_table
@@ -29,12 +36,23 @@ module zone_tables
     real(dp) :: origin(2) = 0           !! u, w of the pole in the reference pose [m]
     real(dp) :: ceiling = 0             !! Z of the pole above which nothing touches [m]
     real(dp) :: tip = huge(1.0_dp)      !! u beyond which the flange's tip is in contact [m]
-    type(axis_type) :: u, q
-    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u)
-    real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u)
-    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in (bin of u, cell of roll angle) [m]
-    real(dp) :: bins_per_metre = 0      !! bins of `h_bound` per metre of u
+    type(axis_type) :: u_h, u, q        !! of h; of S
+    real(dp), allocatable :: h(:, :)    !! coefficients over (roll, u_h) [m]
+    real(dp), allocatable :: s(:, :, :) !! coefficients over (q, roll, u) [J/m^2.5]
+    real(dp), allocatable :: h_at(:, :), s_at(:, :, :)   !! values at the points
+    real(dp), allocatable :: h_bound(:, :)   !! upper bound of h in a cell (roll, u_h); huge where it is not known [m]
   end type zone_table
+
+  !> Where the table lacks coefficients: the first ones of a cell.
+  type :: gap_type
+    integer :: what = 0                 !! one of the enumerators `gap_of...`
+    integer :: zone = 0                 !! for an influence: the pair
+    integer :: cell(3) = 0              !! over (roll, u), (q, roll, u) or (p, roll, u)
+  end type gap_type
+
+  enum, bind(c)
+    enumerator :: gap_of_height = 1, gap_of_energy, gap_of_influence
+  end enum
 
   !> A roll angle, prepared for the zones of one wheel.
   type :: roll_type
@@ -63,7 +81,8 @@ module zone_tables
   !> Whether a pose is on the table.
   enum, bind(c)
     enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
-    enumerator :: outside_law        ! S is negative: splines may oscillate outside the poses that runs reach
+    enumerator :: outside_law        ! S is negative: splines may oscillate where a zone touches by its edge alone
+    enumerator :: missing            ! the table has to grow first
   end enum
 
   !> A zone that would pull counts as open if the force is at most this one, to which errors are relative [N].
@@ -71,70 +90,53 @@ module zone_tables
 
 contains
 
-  !> Compute the bounds of h, with which a zone that does not touch is skipped: in a cell a spline is at most its largest
-  !> coefficient there.
-  pure subroutine bound_heights(t)
-    type(zone_table), intent(inout) :: t
-    integer, parameter :: n_bins = 256
-    type(basis_type) :: first, last
-    real(dp) :: highest(size(t%h, 1))
-    integer :: i, j
-
-    t%bins_per_metre = n_bins*(1 - epsilon(1.0_dp))/(t%u%high - t%u%low)
-    if (allocated(t%h_bound)) deallocate (t%h_bound)
-    allocate (t%h_bound(n_bins, size(highest) - 3))
-    do j = 1, n_bins
-      call axis_basis(t%u, t%u%low + (j - 1)/t%bins_per_metre, first)
-      call axis_basis(t%u, min(t%u%low + j/t%bins_per_metre, t%u%high), last)
-      ! One more cell on either side covers rounding.
-      first%i = max(first%i - 1, 1)
-      last%i = min(last%i + 1, t%u%n - 1)
-      highest = t%h(:, first%i)
-      do i = first%i + 1, last%i + 3
-        highest = max(highest, t%h(:, i))
-      end do
-      do i = 1, size(t%h_bound, 2)
-        t%h_bound(j, i) = maxval(highest(i:i + 3))
-      end do
-    end do
-  end subroutine bound_heights
-
   !> Find the penetration of a zone in a pose; it is not positive if the zone does not touch.
-  pure subroutine find_touching(t, pose, roll, with_hessian, z, status)
+  pure subroutine find_touching(t, pose, roll, with_hessian, z, status, gap)
     type(zone_table), intent(in) :: t
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll
     logical, intent(in) :: with_hessian    !! whether second derivatives are wanted
-    type(touching_type), intent(inout) :: z
+    type(touching_type), intent(inout) :: z    !! its zone is known
     integer, intent(out) :: status
+    type(gap_type), intent(inout) :: gap
+    type(basis_type) :: basis
     real(dp) :: w
+    integer :: cell
 
     status = inside
     z%p = 0
     z%arm = pole_arm(t, roll)
     call zone_coordinates(t, pose, z%arm, z%u, w)
-    if (.not. axis_holds(t%u, z%u)) then
+    if (.not. axis_holds(t%u_h, z%u)) then
       ! NaN is neither above nor below the ceiling, so it is not on the table.
       if (.not. (pose(2) + z%arm(2) > t%ceiling .and. abs(pose(1)) <= huge(w))) status = outside_lateral
       return
     end if
-    if (w >= t%h_bound(int((z%u - t%u%low)*t%bins_per_metre) + 1, roll%basis%i)) return
-    call axis_basis(t%u, z%u, z%basis, with_hessian)
-    call spline_2d(t%h, roll%basis, z%basis, with_hessian, z%h)
+    cell = axis_cell(t%u_h, z%u)
+    if (w >= t%h_bound(roll%basis%i, cell)) return
+    call axis_basis(t%u_h, cell, z%u, basis, with_hessian)
+    call spline_2d(t%h, roll%basis, basis, with_hessian, z%h)
+    if (ieee_is_nan(z%h(1))) then
+      status = missing
+      gap = gap_type(gap_of_height, z%zone, [roll%basis%i, cell, 0])
+      return
+    end if
     z%p = z%h(1) - w
     z%shift = 0
     if (z%p <= 0) return
     if (.not. axis_holds(t%q, sqrt(z%p))) status = outside_depth
+    call axis_basis(t%u, axis_cell(t%u, z%u), z%u, z%basis, with_hessian)
   end subroutine find_touching
 
   !> Compute energy, gradient and Hessian of one zone whose surface the other zones have lowered by `shift`. The energy is 0 if
   !> the zone carries nothing.
-  pure subroutine zone_potential(t, roll, with_hessian, z, status)
+  pure subroutine zone_potential(t, roll, with_hessian, z, status, gap)
     type(zone_table), intent(in) :: t
     type(roll_type), intent(in) :: roll    !! roll of the pose
     logical, intent(in) :: with_hessian    !! whether the Hessian is wanted
     type(touching_type), intent(inout) :: z
     integer, intent(out) :: status
+    type(gap_type), intent(inout) :: gap
     type(basis_type) :: bq
     real(dp) :: p, q, v(10), f(10)
 
@@ -143,8 +145,13 @@ contains
     p = z%p - z%shift
     if (.not. p > 0) return
     q = sqrt(p)
-    call axis_basis(t%q, q, bq, with_hessian)
+    call axis_basis(t%q, axis_cell(t%q, q), q, bq, with_hessian)
     call spline_3d(t%s, bq, roll%basis, z%basis, with_hessian, v)  ! S, S_q, S_r, S_u, S_qq, S_qr, S_qu, S_rr, S_ru, S_uu
+    if (ieee_is_nan(v(1))) then
+      status = missing
+      gap = gap_type(gap_of_energy, z%zone, [bq%i, roll%basis%i, z%basis%i])
+      return
+    end if
 
     ! F(u, roll, p) = q^5 S(u, roll, q), q = sqrt(p):
     ! F, F_p, F_r, F_u, F_pp, F_pr, F_pu, F_rr, F_ru, F_uu.
@@ -169,13 +176,16 @@ contains
     z%of_force = covector(t, z%arm, f(7) + f(5)*z%h(3), -f(5), f(6) + f(5)*z%h(2))
   end subroutine zone_potential
 
-  !> Force f [N] of a zone on its lowered surface, and stiffness k [N/m]; `line` keeps S over q from one call to the next.
-  pure subroutine press_line(t, roll, z, line, f, k)
+  !> Force f [N] of a zone on its lowered surface, and stiffness k [N/m]; `line` keeps S over q from one call to the next. The
+  !> status is `inside` or `missing`.
+  pure subroutine press_line(t, roll, z, line, f, k, status, gap)
     type(zone_table), intent(in) :: t
     type(roll_type), intent(in) :: roll
     type(touching_type), intent(in) :: z
     type(line_type), intent(inout) :: line
     real(dp), intent(out) :: f, k
+    integer, intent(inout) :: status
+    type(gap_type), intent(inout) :: gap
     type(basis_type) :: bq
     real(dp) :: p, q, s(0:2)
 
@@ -184,9 +194,14 @@ contains
     p = z%p - z%shift
     if (.not. p > 0) return
     q = sqrt(p)
-    call axis_basis(t%q, q, bq)
+    call axis_basis(t%q, axis_cell(t%q, q), q, bq, .true.)
     if (line%cell /= bq%i) call spline_3d_line(t%s, bq%i, roll%basis, z%basis, line%c)
     line%cell = bq%i
+    if (any(ieee_is_nan(line%c))) then
+      status = missing
+      gap = gap_type(gap_of_energy, z%zone, [bq%i, roll%basis%i, z%basis%i])
+      return
+    end if
     s = [dot_product(line%c, bq%b(:, 0)), dot_product(line%c, bq%b(:, 1)), dot_product(line%c, bq%b(:, 2))]
     f = q**3*(2.5_dp*s(0) + 0.5_dp*q*s(1))
     k = max(0.0_dp, q*(3.75_dp*s(0) + 2.25_dp*q*s(1) + 0.25_dp*p*s(2)))
@@ -195,21 +210,16 @@ contains
     k = 0
   end subroutine press_line
 
-  !> Return the penetration of a zone in a pose [m]; negative if the zone does not touch.
-  pure real(dp) function zone_penetration(t, pose, roll) result(p)
+  !> Return h of a zone at u [m]; NaN where it is missing.
+  pure real(dp) function height(t, u, roll) result(h)
     type(zone_table), intent(in) :: t
-    real(dp), intent(in) :: pose(3)
-    type(roll_type), intent(in) :: roll    !! roll of the pose
-    type(basis_type) :: bu
-    real(dp) :: arm(2), u, w
+    real(dp), intent(in) :: u
+    type(basis_type), intent(in) :: roll
+    type(basis_type) :: basis
 
-    p = -1
-    arm = pole_arm(t, roll)
-    call zone_coordinates(t, pose, arm, u, w)
-    if (pose(2) + arm(2) > t%ceiling .or. .not. axis_holds(t%u, u)) return
-    call axis_basis(t%u, u, bu, .false.)
-    p = spline_2d_value(t%h, roll%basis, bu) - w
-  end function zone_penetration
+    call axis_basis(t%u_h, axis_cell(t%u_h, u), u, basis, .false.)
+    h = spline_2d_value(t%h, roll, basis)
+  end function height
 
   !> Return the pose (y, z, roll) in which the pole of a zone is at u and w.
   pure function zone_pose(t, u, w, roll) result(pose)

@@ -22,7 +22,7 @@ def section() -> Section:
     out = Section("Ensembles", TEXT)
     masses = np.linspace(1000, 2000, COUNT + 1).tolist()
     with tempfile.TemporaryDirectory() as name:
-        case = Case.exercise(3, "aw").replace(table_file=f"{name}/table")
+        case = Case.exercise(3, "aw").replace(table_folder=name)
         table = ContactTable(case)
 
         def spent(threads: int, some: list[float]) -> tuple[float, float]:

@@ -74,4 +74,4 @@ class Section:
 def absolute(case: Case) -> Case:
     """The case with paths that hold in any folder."""
     return case.replace(**{name: str(Path(case.find(getattr(case, name))).resolve())
-                           for name in ("wheel_profile", "rail_profile", "table_file")})
+                           for name in ("wheel_profile", "rail_profile", "table_folder")})

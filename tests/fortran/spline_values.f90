@@ -1,4 +1,4 @@
-!> The tensor-product spline through given values.
+!> The tensor-product spline of given values.
 !>
 !> usage: spline_values < input
 !> Reads three axes, one per line, as `n` and n points, the n1*n2*n3 values (first index fastest),
@@ -7,8 +7,7 @@
 !> spline through the plane of the first z, that plane's value alone, and f fx fy fz and f fx fy again as
 !> they come without second derivatives.
 program spline_values
-  use bspline, only: axis_basis, axis_type, basis_type, fit_axis, new_axis, spline_2d, &
-    spline_2d_value, spline_3d
+  use bspline, only: axis_basis, axis_cell, axis_type, basis_type, new_axis, spline_2d, spline_2d_value, spline_3d
   use kinds, only: dp
   implicit none
   save
@@ -28,16 +27,16 @@ program spline_values
   end do
   allocate (f(axis(1)%n, axis(2)%n, axis(3)%n))
   read (*, *) f
-  ! Every fit turns the axes; after two the plane is one turn short of where it began.
-  space = turned_fit(axis(3), turned_fit(axis(2), turned_fit(axis(1), f)))
-  plane = turned_fit(axis(2), turned_fit(axis(1), f(:, :, :1)))
+  ! Every sum turns the axes; after two the plane is one turn short of where it began.
+  space = turned_sums(axis(3), turned_sums(axis(2), turned_sums(axis(1), f)))
+  plane = turned_sums(axis(2), turned_sums(axis(1), f(:, :, :1)))
   plane = reshape(plane, [size(plane, 2), size(plane, 3), 1])
   do
     read (*, *, iostat=stat) x
     if (stat /= 0) exit
     do i = 1, 3
-      call axis_basis(axis(i), x(i), b(i))
-      call axis_basis(axis(i), x(i), b1(i), second=.false.)
+      call axis_basis(axis(i), axis_cell(axis(i), x(i)), x(i), b(i), .true.)
+      call axis_basis(axis(i), axis_cell(axis(i), x(i)), x(i), b1(i), .false.)
     end do
     call spline_3d(space, b(1), b(2), b(3), .true., v)
     call spline_2d(plane(:, :, 1), b(1), b(2), .true., w)
@@ -49,14 +48,18 @@ program spline_values
 contains
 
   !> Coefficients along the first index, which then becomes the last one.
-  function turned_fit(axis, f) result(c)
+  function turned_sums(axis, f) result(c)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: f(:, :, :)
     real(dp), allocatable :: c(:, :, :)
-    real(dp) :: flat(size(f, 1) + 2, size(f, 2)*size(f, 3))
+    real(dp) :: flat(size(f, 1), size(f, 2)*size(f, 3)), sums(size(f, 1) + 2, size(f, 2)*size(f, 3))
+    integer :: k
 
-    call fit_axis(axis, reshape(f, [size(f, 1), size(f, 2)*size(f, 3)]), flat)
-    c = reshape(transpose(flat), [size(f, 2), size(f, 3), size(f, 1) + 2])
-  end function turned_fit
+    flat = reshape(f, shape(flat))
+    do k = 1, size(sums, 1)
+      sums(k, :) = matmul(axis%weight(:, k), flat(axis%first(k):axis%first(k) + 2, :))
+    end do
+    c = reshape(transpose(sums), [size(f, 2), size(f, 3), size(f, 1) + 2])
+  end function turned_sums
 
 end program spline_values

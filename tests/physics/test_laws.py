@@ -1,7 +1,7 @@
 """The laws that the contact is built of: Hertz, curves through points, tensor splines."""
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
+from scipy.interpolate import CubicSpline, NdBSpline
 
 import round_profiles
 from ldbench._core import flat
@@ -107,8 +107,41 @@ def axis_points(n: int, first: float, last: float, centre: float, scale: float) 
     return centre + scale*np.sinh(np.linspace(np.arcsinh((first - centre)/scale), np.arcsinh((last - centre)/scale), n))
 
 
+def local_sums(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The knots of the cubic spline on an axis, and the matrix that makes its coefficients from values at the points of the axis:
+    the blossoms, at three knots, of the parabolas through the three nearest points."""
+    n = len(axis)
+    t = np.concatenate([axis[0] + np.arange(-3, 0)*(axis[1] - axis[0]), axis, axis[-1] + np.arange(1, 4)*(axis[-1] - axis[-2])])
+    sums = np.zeros((n + 2, n))
+    for k in range(n + 2):
+        first = np.clip(k - 2, 0, n - 3)
+        a, b, c = t[k + 1:k + 4]
+        blossom = np.array([1, (a + b + c)/3, (a*b + a*c + b*c)/3])
+        sums[k, first:first + 3] = blossom @ np.linalg.inv(np.vander(axis[first:first + 3], increasing=True))
+    return t, sums
+
+
+def test_a_spline_is_any_given_cubic_and_changes_near_a_changed_value_alone():
+    axes = [axis_points(n, *axis) for n, axis in zip(POINTS, AXES, strict=True)]
+    x, y, z = np.meshgrid(*axes, indexing="ij")
+    f = (x**3 - 2*x)*(1 + y**2 - y**3)*(z**3 + z)
+    points = np.random.default_rng(4).uniform(*[[axis[2] for axis in axes], [axis[-3] for axis in axes]], (200, 3))
+
+    def values(f: np.ndarray) -> np.ndarray:
+        return probe("spline_values", stdin="".join(f"{len(axis)}\n{text(axis[None])}" for axis in axes)
+                     + text(f.ravel(order="F")[:, None]) + text(points))[:, 0]
+
+    u, v, w = points.T
+    assert np.abs(values(f) - (u**3 - 2*u)*(1 + v**2 - v**3)*(w**3 + w)).max() < 1e-12*np.abs(f).max()
+    changed = f.copy()
+    changed[5, 8, 6] += 1
+    far = np.abs(np.searchsorted(axes[0], u) - 5.5) > 3
+    moved = np.abs(values(changed) - values(f)) > 0
+    assert moved.any() and not moved[far].any() and far.any()
+
+
 def test_tensor_spline():
-    """Value, gradient and Hessian in space and in a plane are those of SciPy's cubic spline with the not-a-knot condition, at
+    """Value, gradient and Hessian in space and in a plane are those that SciPy has of the spline with the same coefficients, at
     random points and at both sides of every knot."""
     axes = [axis_points(n, *axis) for n, axis in zip(POINTS, AXES, strict=True)]
     random = np.random.default_rng(3)
@@ -124,9 +157,9 @@ def test_tensor_spline():
         """Derivatives by the number of times that a point has each axis."""
         knots, c = [], values
         for i in range(values.ndim):
-            one = make_interp_spline(axes[i], c, axis=i)
-            knots.append(one.t)
-            c = np.moveaxis(one.c, 0, i)
+            t, sums = local_sums(axes[i])
+            knots.append(t)
+            c = np.moveaxis(np.tensordot(sums, c, (1, i)), 0, i)
         spline = NdBSpline(tuple(knots), c, 3)
         return np.column_stack([spline(points, nu=[d.count(i) for i in range(values.ndim)]) for d in DERIVATIVES
                                 if all(i < values.ndim for i in d)])

@@ -10,13 +10,13 @@ from scipy.optimize import brentq
 import ldbench
 from ldbench import Case, ContactTable
 from ldbench.runs import compute
-from probes import E_STAR, MASS, MIRROR, ROLLING_RADIUS, TAPER, Pendulum, table_file, top
+from probes import E_STAR, MASS, MIRROR, ROLLING_RADIUS, TAPER, Pendulum, top
 from round_profiles import hertz
-from running import PAIRS, Run
+from running import PAIRS, kept_tables
 
 # A small, quickly built table for motions near the centre.
-NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "table_roll": 0.01, "depth": 1e-3, "n_lateral": 100, "n_roll": 9,
-        "n_depth": 17, "table_file": ""}
+NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "table_roll": 0.01, "depth": 1e-3,
+        "table_folder": ""}
 INTEGRATORS = {"implicit": {"beta": 0.25, "order": 2}, "explicit": {"beta": 0.0, "order": 2}, "fourth": {"beta": 0.0, "order": 4},
                "sixth": {"beta": 0.0, "order": 6}}
 AT_REST = {"vY": 0.0, "roll_rate": 0.0}
@@ -25,9 +25,9 @@ POSE, RATES = ["Y", "Z", "roll"], ["vY", "vZ", "roll_rate"]
 
 
 @pytest.fixture(scope="module")
-def tables(shipped: dict[str, Run]) -> dict[str, ContactTable]:
+def tables() -> dict[str, ContactTable]:
     """The contact tables of the shipped inputs."""
-    return {pair: ContactTable(Case.exercise(2, pair).replace(table_file=table_file(shipped, pair))) for pair in PAIRS}
+    return {pair: ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables())) for pair in PAIRS}
 
 
 @pytest.fixture(scope="module")

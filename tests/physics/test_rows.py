@@ -8,8 +8,8 @@ import pytest
 import ldbench
 from ldbench import Case, run
 from ldbench.constants import CONTACTS
-from probes import MASS, ROLL_INERTIA, table_file
-from running import Run
+from probes import MASS, ROLL_INERTIA
+from running import Run, kept_tables
 
 NEAR = 5e-8     # of a time, what nine digits tell apart
 
@@ -19,7 +19,7 @@ def both(shipped: dict[str, Run]) -> Callable[..., tuple[ldbench.Run, ldbench.Ru
     """A run of an exercise with the actual profiles, and the run with rows at equal intervals alone."""
     def made(number: int, **changes: object) -> tuple[ldbench.Run, ldbench.Run]:
         case = Case.exercise(number).replace(**{
-            "t_end": 0.12, "stop_at": "t_end", "table_file": table_file(shipped, "aw")} | changes)
+            "t_end": 0.12, "stop_at": "t_end", "table_folder": kept_tables()} | changes)
         return run(case), run(case.replace(rows="interval"))
 
     return made
@@ -58,7 +58,7 @@ def test_events_of_long_implicit_steps_are_rows(shipped: dict[str, Run]):
     """Also where a contact closes and turns within a step, so that it is dated to the start of the step."""
     for dt in np.linspace(2e-4, 2e-3, 4):
         done = run(Case.exercise(2).replace(dt=dt, interval=dt, energy_tolerance=0.0, stop_at="t_end", t_end=0.12,
-                                            table_file=table_file(shipped, "aw"), beta=0.25, order=2))
+                                            table_folder=kept_tables(), beta=0.25, order=2))
         assert np.isfinite(done.data.to_numpy()[:, :5]).all()
         for event in done.events:
             if event.kind.endswith(("contact", "landing", "lift-off")):

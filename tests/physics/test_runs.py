@@ -18,10 +18,9 @@ from probes import (
     left_wheel,
     poses,
     rest_height,
-    table_file,
     turned,
 )
-from running import CASES, PAIRS, REPO, Columns, Run, on_grid, read_interval
+from running import CASES, PAIRS, REPO, Columns, Run, kept_tables, on_grid, read_interval
 
 FLANGE_ANGLE = np.radians(25)
 DIGITS = 1e-8      # two units in the last of the files' nine digits
@@ -301,7 +300,7 @@ def test_halved_step(pair: str, shipped: dict[str, Run]):
 
     The energy's error of a fourth-order step goes with dt^5: its tolerance is divided by 32.
     """
-    table = ContactTable(Case.exercise(2, pair).replace(table_file=table_file(shipped, pair)))
+    table = ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables()))
     for exercise in 1, 2, 3:
         case = Case.exercise(exercise, pair).replace(rows="interval")
         finer = case.replace(dt=case.dt/2, energy_tolerance=case.energy_tolerance/32)
@@ -314,5 +313,5 @@ def test_halved_step(pair: str, shipped: dict[str, Run]):
 def test_derailed_between_rows(shipped: dict[str, Run]):
     """A wheelset that derails and then leaves the table, all before the next row, has derailed."""
     done = ldbench.run(Case.exercise(5).replace(interval=5.0, rows="interval", lateral_force=4e5,
-                                                table_file=table_file(shipped, "aw")))
+                                                table_folder=kept_tables()))
     assert done.ending == "derailment" and len(done.data) == 1

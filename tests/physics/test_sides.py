@@ -27,7 +27,7 @@ RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
 NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
 # Which law a table holds does not matter to what has two sides: that of Hertz is built in the least time. The wheelset stays
 # between the rails, and so does the path on which rigid contact is followed.
-COARSE = {"model": "hertz", "n_lateral": 60, "n_roll": 11, "n_depth": 11, "lateral": 0.02}
+COARSE = {"model": "hertz", "lateral": 0.02}
 
 
 def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
@@ -39,7 +39,7 @@ def profiles(left: dict[str, str], right: dict[str, str]) -> dict[str, str]:
 
 
 def two_sided(formulation: str = "elastic", left: dict[str, str] = LEFT, right: dict[str, str] = RIGHT, **changes) -> Case:
-    return Case.exercise(2).replace(table_file="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
+    return Case.exercise(2).replace(table_folder="", formulation=formulation, t_end=0.3, stop_at="t_end", **COARSE,
                                     **profiles(left, right)).replace(**changes)
 
 
@@ -67,7 +67,7 @@ def test_the_same_file_twice_is_the_default(formulation: str, tmp_path: Path):
     shutil.copy(REPO / "profiles/arprof.yz", tmp_path / "copy.yz")
     found = []
     for right in ({}, {"wheel_profile_right": REPO / "profiles/awprof.yz", "rail_profile_right": tmp_path / "copy.yz"}):
-        text = short_case(tmp_path, profiles=right, contact={"formulation": formulation}, table={"file": tmp_path / "table"})
+        text = short_case(tmp_path, profiles=right, contact={"formulation": formulation}, table={"folder": tmp_path/"tables"})
         done = run_case(text, tmp_path)
         assert "rigid-axle clearance [mm]: left 10.180, right 10.180\n" in done.stdout, done.stderr
         found.append(rows(tmp_path / "columns.txt"))

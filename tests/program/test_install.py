@@ -32,7 +32,7 @@ PROJECT = read_toml(REPO/"pyproject.toml")["project"]
 def test_missing_package_is_one_line_with_the_command(module, extra, command, tmp_path, monkeypatch, capsys):
     """Before any work: nothing is made."""
     monkeypatch.chdir(tmp_path)
-    Path("case.nml").write_text("&table file = '' /\n")
+    Path("case.nml").write_text("&table folder = '' /\n")
     monkeypatch.setitem(sys.modules, module, None)
     assert main(command) == 1
     said = capsys.readouterr()

@@ -37,7 +37,7 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     *((f"&initial\n  pitch = {value}\n/\n", ("line ", "&initial", "expected")) for value in MALFORMED),
     # Values.
     ("&wheelset mass = -3 /", ("line 1, &wheelset mass: expected a number from ", "found -3")),
-    ("&table n_roll = 9.5 /", ("&table n_roll: expected a whole number", "found 9.5")),
+    ("&integrator max_halvings = 9.5 /", ("&integrator max_halvings: expected a whole number", "found 9.5")),
     ({"case": {"name": "a/b"}}, ("&case name", "expected a word that can name a file", "a/b")),
     # Values that do not fit each other or the profiles.
     ({"track": {"gauge": 1.2}}, ("&track gauge = 1.2 m", "back_to_back = 1.35214 m", "awprof.yz", "arprof.yz")),
@@ -70,11 +70,9 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     # Files.
     ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),
     ({"output": {"file": "{here}/folder"}}, ("{here}/folder", "&output file: expected", "found")),
-    ({"table": {"file": "{here}/missing/x.table"}}, ("&table file", "{here}/missing/x.table")),
-    ({"table": {"file": "{here}/wheel.yz"}}, ("&table file", "expected a contact table or no file, found a file of another kind")),
     *((OWN | {"output": {"file": "columns.txt"}} | {group: {name: victim}},
        (f"&{group} {name}: expected a file of its own, found {victim}, which is ",))
-      for group, name, victim in (("table", "file", "./rail.yz"), ("output", "file", "case.nml"),
+      for group, name, victim in (("output", "file", "./rail.yz"), ("output", "file", "case.nml"),
                                   ("output", "file", "loop/wheel.yz")))]
 
 
@@ -142,7 +140,7 @@ COMMANDS: list[tuple[str, int, str]] = [
 @pytest.fixture(scope="module")
 def things(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("things")
-    case = Case.exercise(3, "aw").replace(model="hertz", n_lateral=40, n_roll=9, n_depth=9, table_file="", t_end=2e-3,
+    case = Case.exercise(3, "aw").replace(model="hertz", table_folder="", t_end=2e-3,
                                           output_file="columns.txt", wheel_profile=REPO/"profiles/awprof.yz",
                                           rail_profile=REPO/"profiles/arprof.yz")
     for name in "case", "other":

@@ -122,11 +122,10 @@ def test_command_reads_another_code(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 @pytest.mark.parametrize("exercise", [3, 5])
 def test_study_changes_what_it_says(exercise: int, tmp_path: Path):
-    case = Case.exercise(exercise).replace(model="strip", table_file="outputs/aw_strip.table", dt=2e-5, interval=2e-4)
+    case = Case.exercise(exercise).replace(model="strip", dt=2e-5, interval=2e-4)
     jobs = study_jobs(case, tmp_path)
     fine, law, step = (jobs[v].case for v in ("fine", "law", "step"))
     assert law.model == "hertz" and fine.model == step.model == "strip"
-    assert law.table_file == "outputs/aw_hertz.table" and fine.table_file == step.table_file == "outputs/aw_strip.table"
     assert (fine.dt, law.dt, step.dt) == (2e-5, 2e-5, 1e-4)
     assert {one.interval for one in (fine, law, step)} == {1e-4}
     assert {one.t_end for one in (fine, law, step)} == {SHORT_RAMP if exercise == 5 else case.t_end}

@@ -53,7 +53,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         return counted_work
 
     monkeypatch.setattr(members, "compute", counting("runs", members.compute))
-    monkeypatch.setattr(pools.ContactTable, "quiet", counting("tables", pools.ContactTable.quiet))
+    monkeypatch.setattr(pools, "ContactTable", counting("tables", pools.ContactTable))
     return counts
 
 
@@ -156,7 +156,7 @@ except KeyboardInterrupt:
 
 def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
     """The second member is told; the first one and the others would take hours."""
-    endless = short(table_file=kept_tables()/"short.table", vY=0.0, roll_rate=0.0, t_end=9e4, interval=1e-2, stop_at="t_end")
+    endless = short(table_folder=kept_tables(), vY=0.0, roll_rate=0.0, t_end=9e4, interval=1e-2, stop_at="t_end")
     endless.to_namelist(tmp_path/"case.nml")
     process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, tmp_path/"case.nml"], cwd=tmp_path, text=True,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -232,7 +232,7 @@ def test_damaged_results_are_told(tmp_path, table):
 
 def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
     """Whichever is first; what one has done the other one need not do. The other one begins when this one is told to."""
-    over, case = {"mass": MASSES}, short(t_end=1e-3, table_file=kept_tables()/"short.table")
+    over, case = {"mass": MASSES}, short(t_end=1e-3, table_folder=kept_tables())
     expected = ldbench.ensemble(case, over, tables=[table])
     script = ("import ldbench, xarray, zarr; case = ldbench.Case.from_namelist('case.nml'); print(flush=True); input(); "
               f"ldbench.ensemble(case, {over}, store='sweep.zarr')")
@@ -268,7 +268,7 @@ def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted):
     """The other one goes on; the results are those of this process's threads."""
     pytest.importorskip("distributed")
     over = {"vY": [0.9, 1.0], "mass": np.linspace(1000, 2000, 12).tolist() + [-1.0]}
-    case, store = short(table_file=kept_tables()/"short.table"), tmp_path/"sweep.zarr"
+    case, store = short(table_folder=kept_tables()), tmp_path/"sweep.zarr"
     cluster, done = Cluster(tmp_path, 2), []
 
     def kill(stage: str, share: float) -> None:

@@ -62,7 +62,7 @@ def test_softer_steel_has_less_of_the_force_of_hertz(scale: float):
     Where every blow keeps what it says, n blows lie within u of the truth, their standard deviation about their mean is u at
     most, and sqrt(n/(n - 1)) of it, 1.41 for two blows, is added in squares: sqrt(1 + 2) u.
     """
-    case = Case.exercise(2, "sw").replace(model="hertz", stiffness_scale=scale, table_file="", n_lateral=120, n_roll=15, n_depth=15,
+    case = Case.exercise(2, "sw").replace(model="hertz", stiffness_scale=scale, table_folder="",
                                           t_end=0.06, stop_at="t_end")
     found = found_in(table_of(ldbench.run(case)), SW).hertz
     assert found.holds(scale)

@@ -38,7 +38,7 @@ def test_pictures_of_a_moment(runs: dict[str, RunData]):
 
 def test_picture_of_two_laws(runs: dict[str, RunData], read_hertz: Callable[[str], ldbench.ContactTable]):
     told = numbers("ex2_aw")
-    case = ldbench.Case.exercise(2, "aw").replace(model="hertz", table_file="")
+    case = ldbench.Case.exercise(2, "aw").replace(model="hertz", table_folder="")
     hertz = ldbench.run(case, table=read_hertz("aw").for_case(case))
     assert [told[f"t_return [s].{law}"] for law in ("halfspace", "hertz")] == pytest.approx(
         [runs["ex2_aw"].time[-1], hertz.time[-1]], abs=1e-3)
@@ -55,7 +55,7 @@ def test_picture_of_formulations(runs: dict[str, RunData]):
 
 def test_picture_of_a_profile():
     files = {f"{kind}_profile": str(REPO/f"profiles/{name}.yz") for kind, name in (("wheel", "s1002"), ("rail", "60e1"))}
-    case = ldbench.Case().replace(**files, gauge=1.435, back_to_back=1.36, formulation="unilateral", table_file="")
+    case = ldbench.Case().replace(**files, gauge=1.435, back_to_back=1.36, formulation="unilateral", table_folder="")
     told = numbers("profile")["clearance [m]"]
     assert ldbench.ContactTable(case).clearance == pytest.approx(told, abs=1e-7)
     assert f"{1e3*told:.3f}" in (REPO/"docs/profiles.md").read_text()

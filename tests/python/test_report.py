@@ -24,7 +24,7 @@ from ldbench.results.run_data import read_data
 from ldbench.results.summary import shown, summary_row
 from ldbench.results.twins import Spread, spreads
 from ldbench.runs import compute
-from running import CASES, REPO
+from running import CASES, REPO, kept_tables
 from specimen import World
 
 SENT = {"ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
@@ -39,8 +39,8 @@ def twins(*names: str) -> set[str]:
 
 def test_products_are_there_and_nothing_else(world: World):
     sent = {"ex2_aw.txt", "ex5_aw.txt", *SENT}
-    assert {file.name for file in world.outputs.iterdir() if ".table" not in file.name} == {*sent, ".ldbench"}
-    kept = {file.name for file in (world.outputs/".ldbench").iterdir() if ".table" not in file.name}
+    assert {file.name for file in world.outputs.iterdir() } == {*sent, ".ldbench"}
+    kept = {file.name for file in (world.outputs/".ldbench").iterdir()}
     known = KEPT | twins("ex2_aw", "ex5_aw")
     assert kept == known | {f"{name}.stamp" for name in sent | known}
 
@@ -64,7 +64,7 @@ def test_up_to_date_is_skipped_and_change_is_not(tmp_path: Path, monkeypatch: py
     Path("inputs").mkdir()
     profiles = {f"{one}_profile": str(REPO/f"profiles/a{one[0]}prof.yz") for one in ("wheel", "rail")}
     for pair in ("aw", "sw"):
-        case = Case.exercise(3, pair).replace(**COARSE | {"table_file": "outputs/one.table"}, **profiles, dt=1e-5, t_end=0.03)
+        case = Case.exercise(3, pair).replace(**COARSE | {"table_folder": "outputs/tables"}, **profiles, dt=1e-5, t_end=0.03)
         case.to_namelist(f"inputs/ex3_{pair}.nml")
     assert remake() == {"ex3_aw.txt", "ex3_sw.txt", *SENT, *KEPT, *twins("ex3_aw", "ex3_sw")}
     assert remake() == set()
@@ -184,7 +184,7 @@ def test_answers_that_twins_do_not_share_are_chaotic(world: World, tmp_path: Pat
 
 def test_twins_of_a_changed_case_alone_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The answers of eight starts aside, in their order, are those of runs from there; they are kept by the case."""
-    cases = [Case.exercise(3, "aw").replace(**COARSE | {"table_file": tmp_path/"aw.table"}, dt=1e-5, t_end=t,
+    cases = [Case.exercise(3, "aw").replace(**COARSE | {"table_folder": kept_tables()}, dt=1e-5, t_end=t,
                                               stop_at="t_end", name=name) for name, t in (("ex3_aw", 0.013), ("ex4_aw", 0.012))]
     jobs = [case_job(case, tmp_path) for case in cases]
     run_stale(jobs, 1)
@@ -205,7 +205,7 @@ def test_twins_of_a_changed_case_alone_run_again(tmp_path: Path, monkeypatch: py
 def test_a_ramp_is_computed_again_and_derails_at_one_load(tmp_path: Path):
     """Computed again from a row on, the motion is that of the run for some hundredths of a second. Also without a report, the
     formulations have the load of the column file."""
-    case = Case.exercise(5, "aw").replace(**COARSE | {"table_file": tmp_path/"aw.table"}, accuracy=0.1, lateral_ramp=4e5,
+    case = Case.exercise(5, "aw").replace(**COARSE | {"table_folder": kept_tables()}, accuracy=0.1, lateral_ramp=4e5,
                                           interval=1e-3, dt=1e-5)
     job = case_job(case.replace(t_end=0.15, stop_at="t_end"), tmp_path)
     run_stale([job], 1)

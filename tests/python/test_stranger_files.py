@@ -61,7 +61,7 @@ def test_a_file_gets_its_verdict(row: Row, verdict: str, frame_of: Callable[...,
     """The worst verdict on the files that differ from plain ones."""
     frames = {case: frame_of(case) for case in row.cases or CASES}
     case = next(iter(frames))
-    made = files(row, frames, {case: computed(case, table_file="", **row.run)} if row.run else None)
+    made = files(row, frames, {case: computed(case, table_folder="", **row.run)} if row.run else None)
     plain = files(Row(), frames)
     write(made, tmp_path)
     found = {task: file for task, file in find_files(tmp_path, []).items() if made[file.name] != plain.get(file.name)}

@@ -11,6 +11,7 @@ import ldbench
 import shapes
 from ldbench import Case, Profile, Trust
 from ldbench.__main__ import main
+from ldbench.ensembles.members import table_keys
 from ldbench.report.trusted import kept_trusts
 from ldbench.results.twins import TWINS, is_chaotic, twin_cases
 from ldbench.table import ContactTable
@@ -18,7 +19,7 @@ from ldbench.trust.page import report_pages
 from ldbench.trust.variations import variations
 from running import with_kept_table
 
-COARSE = {"model": "strip", "n_lateral": 40, "n_roll": 9, "n_depth": 9}
+COARSE = {"model": "strip"}
 THROWN = with_kept_table(Case.exercise(2, "aw").replace(**COARSE))
 PEAK = "first_peak_N_LF"
 
@@ -140,7 +141,7 @@ def test_rigid_contacts():
 
 
 def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
-    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_file="")
+    case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_folder="")
     listed, notes = variations(case, True, tmp_path)
     cases = {one.name: one.case for one in listed}
     assert {name: one.influence for name, one in cases.items() if name.startswith("influence")} == {
@@ -157,7 +158,7 @@ def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
 
 def test_half_spaces():
     """Influence, pressures and static limit: changes are those of plain runs; a modulus by way of masses scales pressures, too."""
-    case = with_kept_table(THROWN.replace(model="halfspace", n_lateral=20, n_roll=5, n_depth=5, t_end=0.03, stop_at="t_end"))
+    case = with_kept_table(THROWN.replace(model="halfspace", t_end=0.03, stop_at="t_end"))
     found = case.trust()
     before = ldbench.run(case).results
     for cause, changes in {"influence flat": {"influence": "flat"}, "youngs_modulus + 1 %": {"youngs_modulus": 1.01*2.1e11},
@@ -175,8 +176,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     noisy = shapes.noisy(shapes.with_faces(shapes.shape("awprof")), 0.01, 3)
     Path("wheel.whl").write_text(shapes.old_miniprof(noisy, "wheel"))
-    case = with_kept_table(THROWN.replace(
-        n_lateral=20, n_roll=5, n_depth=5, wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end"))
+    case = with_kept_table(THROWN.replace(wheel_profile="wheel.whl", t_end=0.03, stop_at="t_end"))
     found = case.trust()
     smoothing = Profile("wheel.whl").smoothing
     # The curve leaves the noise of 0.01 mm to the points, but for the few that determine each piece.
@@ -195,9 +195,9 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Beside that of the case: a second call builds none, and another folder gets none."""
+    """In the folder of the case: a second call solves nothing."""
     monkeypatch.chdir(tmp_path)
-    case = THROWN.replace(n_lateral=20, n_roll=5, n_depth=5, table_file="outputs/own.table", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(table_folder="outputs/tables", t_end=0.03, stop_at="t_end")
     tables: list[ContactTable] = []
     own = ContactTable._own
 
@@ -207,11 +207,10 @@ def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
     monkeypatch.setattr(ContactTable, "_own", noting)
     once = case.trust()
-    built = [table for table in tables if not table.found]
-    assert len(built) > 5 and Path("outputs/own.table").is_file()
-    assert len(list(Path("outputs/.ldbench").glob("own_*.table"))) == len({table.case.table_file for table in built}) - 1
+    built = [table for table in tables if table.solutions[1] == 0]
+    assert len(list(Path("outputs/tables").iterdir())) == len({table_keys()(table.case) for table in built}) > 5
     tables.clear()
-    assert case.trust() == once and all(table.found for table in tables)
+    assert case.trust() == once and all(table.solutions[0] == table.solutions[1] > 0 for table in tables)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["outputs"]
 
 

@@ -154,7 +154,7 @@ def test_impact_page(world: World):
 def test_geometry_page(world: World, tmp_path: Path):
     """Clearances in words and as lines, and every curve from the columns of the file, left and right."""
     run, file = world.run("ex2_aw"), tmp_path/"geometry.txt"
-    ldbench.ContactTable.quiet(run.case).write_geometry(file)
+    ldbench.ContactTable(run.case).write_geometry(file)
     names, *lines = file.read_text().splitlines()
     column = dict(zip(names.split(), np.array([line.split() for line in lines if line[0] != "#"], float).T, strict=True))
     figure = geometry_page(run, ldbench.read_columns(file))

@@ -57,6 +57,8 @@ def test_results_in_the_column_file(name: str, world: World):
     for key, unit in re.findall(r"^#   (\w+) = [^!\n]+?  ! ([^,\n]+)", results, re.MULTILINE):
         assert unit.replace(" ", ".") == (si_unit(key) or "Pa" if key.startswith("pmax") else si_unit(key)), key
     entries = dict(re.findall(r"^#   (\w+) = ([^!\n]+?)(?:  !.*)?$", results, re.MULTILINE))
+    for place in raw.errors():
+        del entries[f"table_error_{place}"]       # tests/physics/test_tables.py compares them with direct solutions
     for key, truth in table.in_results(raw).items():
         number = entries.pop(key)
         assert truth is None or float(number) == pytest.approx(truth[0], rel=truth[1], abs=truth[2]), key
@@ -98,7 +100,7 @@ def test_summary_csv(world: World):
     # The twins of the ramp run again, by their starts alone.
     case = ldbench.Case.from_namelist(world.folder/"inputs/ex5_aw.nml")
     starts = 0.0, 1e-9, -1e-9, 1.5e-8, -1.5e-8, 2e-7, -2e-7, 3e-6, -3e-6
-    runs = [ldbench.run(case.replace(Y=case.Y + shift, table_file=""), table=world.run("ex5_aw").table) for shift in starts]
+    runs = [ldbench.run(case.replace(Y=case.Y + shift, table_folder=""), table=world.run("ex5_aw").table) for shift in starts]
     for name in "F_derailment", "peak_N_LF", "farthest_up":
         found = [run.results[name] for run in runs]
         expected = {"run": found[0], "least": min(found), "median": float(np.median(found)), "largest": max(found), "having": 9}
@@ -278,7 +280,7 @@ def impulse_of(raw: Raw) -> float:
 def test_values_of_formulations(column: int, changes: dict[str, object], world: World, tmp_path: Path):
     """The page of values: each from the rows of a run of that formulation."""
     text = world.sheets(FORMULATIONS)["values"].partition("Exercise 5")[0]
-    case = ldbench.Case.from_namelist(world.folder/"inputs/ex2_aw.nml").replace(table_file="", **changes)
+    case = ldbench.Case.from_namelist(world.folder/"inputs/ex2_aw.nml").replace(table_folder="", **changes)
     raw = Raw(Path(ldbench.run(case).write(tmp_path/"run.txt"))) if changes else world.thrown
     blows = raw.c.get("P_LF", np.zeros(len(raw.t)))
     returned = len(raw.passages()) > 1

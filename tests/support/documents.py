@@ -30,7 +30,7 @@ from typing import NamedTuple
 import pytest
 
 from ldbench.__main__ import main
-from running import HANG, LDBENCH, REPO
+from running import HANG, LDBENCH, REPO, kept_tables
 
 PAGES = [REPO/"README.md", *sorted((REPO/"docs").glob("*.md")), REPO/"profiles/README.md"]
 BLOCK = re.compile(r"<!-- (?P<kind>run|output|file: \S+) -->\n+```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -60,13 +60,12 @@ def blocks(page: Path) -> list[re.Match[str]]:
     return list(BLOCK.finditer(page.read_text()))
 
 
-def prepare(folder: Path, table: Path | None = None) -> None:
-    """Make the files that pages begin with: the contact table of the actual profiles, of which `table` is a file, and two runs."""
+def prepare(folder: Path) -> None:
+    """Make the files that pages begin with: two runs. Contact tables are the kept ones."""
     for name in "inputs", "profiles":
         shutil.copytree(REPO/name, folder/name)
-    if table:
-        (folder/"outputs").mkdir()
-        shutil.copy(table, folder/"outputs/aw_halfspace.table")
+    (folder/"outputs").mkdir()
+    (folder/"outputs/tables").symlink_to(kept_tables())
     for case in "ex1_aw", "ex2_aw":
         subprocess.run([LDBENCH, f"inputs/{case}.nml"], cwd=folder, check=True, capture_output=True, timeout=HANG)
 
@@ -74,7 +73,7 @@ def prepare(folder: Path, table: Path | None = None) -> None:
 def run_page(page: Path, prepared: Path, folder: Path) -> list[Shown]:
     """Run the blocks of a page in a folder with copies of the prepared files. Python programs, each of which goes on where the one
     before ended, and commands of the package run in this process."""
-    shutil.copytree(prepared, folder, dirs_exist_ok=True)
+    shutil.copytree(prepared, folder, symlinks=True)
     (folder/"ldbench").symlink_to(LDBENCH)
     found, names, last = [], {"__name__": "__main__"}, ""
     path = f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin"

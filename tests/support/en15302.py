@@ -207,7 +207,7 @@ def case(combination: str, paths: dict[str, str]) -> Case:
     return Case.from_namelist("&case /").replace(
         wheel_profile=paths[left], wheel_profile_right=paths[right] if right else "", rail_profile=paths["rail"],
         gauge=gauge(), gauge_depth=1e-3*GAUGE_DEPTH, back_to_back=TAPE_CIRCLES - 2e-3*TAPE_CIRCLE, rolling_radius=RADIUS,
-        table_file="")
+        table_folder="")
 
 
 def radii(combination: str) -> tuple[float, float]:

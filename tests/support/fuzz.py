@@ -26,7 +26,6 @@ from running import CASES, FORTRAN_TESTS, LDBENCH, REPO, environment, namelist, 
 
 BATCH = 400                 # inputs of a child
 HANG = 1800                 # a child that takes so long hangs [s]
-TINY = {"n_lateral": 20, "n_roll": 5, "n_depth": 5}
 # The rigid cases use the benchmark's pair and a present-day one.
 PAIRS = [{"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"},
          {"wheel_profile": "profiles/s1002.yz", "rail_profile": "profiles/60e1.yz", "gauge": 1.435, "back_to_back": 1.36}]
@@ -103,15 +102,16 @@ class Child:
                     b'Z = { column = 4, unit = "mm", offset = -0.457 }\n')
         (folder/"other.csv").write_bytes(self.columns[1])
         case = folder/"case.nml"
-        case.write_text(short_case(folder, contact={"model": "strip"}, table=TINY | {"file": folder/"pair.table"}))
+        case.write_text(short_case(folder, contact={"model": "strip"}, table={"folder": folder}))
         self.tables = subprocess.Popen([FORTRAN_TESTS/"load_tables", case], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                        text=True, cwd=folder)
         self._load(folder/"nothing")
-        self.table = (folder/"pair.table").read_bytes()
         self.ours = []
-        for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_file": ""}):
+        for name, changes in ("elastic.txt", {}), ("rigid.txt", {"formulation": "unilateral", "table_folder": ""}):
             run = ldbench.run(ldbench.Case.from_namelist(case).replace(interval=1e-4, rows="interval", **changes))
             self.ours.append(Path(run.write(folder/name)).read_bytes())
+        table, = folder.glob("*.table")
+        self.table = table.read_bytes()
         self.known = self._listing()
 
     def _listing(self) -> set[str]:
@@ -152,7 +152,7 @@ class Child:
         assert self.ldbench.Case.from_namelist(case.to_namelist()) == case
         if rng.random() < 0.1:
             case = case.replace(formulation="unilateral", dt=1e-4, interval=1e-4, t_end=1e-3, rows="interval", stop_at="t_end",
-                                table_file="", wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
+                                table_folder="", wheel_profile_right="", rail_profile_right="", **rng.choice(PAIRS))
             run = self.ldbench.run(case)
             run.write(self.folder/"columns.txt")
             moved = self.ldbench.read_columns(self.folder/"columns.txt")
@@ -179,7 +179,7 @@ class Child:
         kind = rng.choice(list(self.plain))
         files = {f"{one}_profile": str(self.folder/one) for one in self.plain}
         files[f"{kind}_profile"] = str(self.mutant(mutate(self.plain[kind], rng)))
-        rigid_geometry(self.ldbench.Case.from_namelist("&case /").replace(table_file="", **files))
+        rigid_geometry(self.ldbench.Case.from_namelist("&case /").replace(table_folder="", **files))
 
     def column_file(self, rng: random.Random) -> None:
         path = self.mutant(mutate(rng.choice(self.columns), rng))

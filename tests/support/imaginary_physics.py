@@ -89,4 +89,4 @@ def simulate(laws: Physics, t_end: float) -> pd.DataFrame:
 def rigid(task: Task, restitution: float) -> ldbench.Run:
     """A run of ours with rigid contacts."""
     case = Case.exercise(task.exercise, task.profiles)
-    return ldbench.run(case.replace(formulation="unilateral", restitution=restitution, table_file="", output_file=""))
+    return ldbench.run(case.replace(formulation="unilateral", restitution=restitution, table_folder="", output_file=""))

@@ -52,7 +52,7 @@ CODES = (
     Code("Bora", COARSE),
     Code("Contura", COARSE | {"stiffness_scale": 0.8}, Row(RIGHTWARDS, {"units": {**MM_KN, **MRAD}, "sep": ";"})),
     Code("Gensim", COARSE, Row(both(damped, times(-1.0, *DOWN, *of("Fz"), *ROLL)), {"sep": "\t"})),
-    Code("Impakt", {"formulation": "unilateral", "restitution": 0.5, "table_file": ""}, Row(form={"names": SHORT})),
+    Code("Impakt", {"formulation": "unilateral", "restitution": 0.5, "table_folder": ""}, Row(form={"names": SHORT})),
     Code("Kinema", COARSE, Row(lambda frame: frame.iloc[::20])),       # a row every 2 ms
 )
 

@@ -13,7 +13,7 @@ from ldbench.results.header import Comments
 from ldbench.results.run_data import RunData
 
 # The changes of a case that make its contact table so small that it is built in a moment.
-COARSE = {"model": "hertz", "n_lateral": 40, "n_roll": 9, "n_depth": 9, "table_file": ""}
+COARSE = {"model": "hertz", "table_folder": ""}
 
 
 def invented_run(frame: pd.DataFrame, file: str | Path = "invented.txt", name: str = "", comments: Comments | None = None,

@@ -3,7 +3,6 @@ import re
 import subprocess
 from dataclasses import dataclass
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 from scipy.optimize import newton
@@ -19,7 +18,7 @@ TAPER = np.arctan(1/40)                                      # of the tread [rad
 E_STAR = 2.1e11/(2*(1 - 0.28**2))                            # of the steel [Pa]
 # S1002 on 60E1.
 MODERN = {"wheel_profile": str(REPO/"profiles/s1002.yz"), "rail_profile": str(REPO/"profiles/60e1.yz"), "gauge": 1.435,
-          "back_to_back": 1.36, "table_file": ""}
+          "back_to_back": 1.36, "table_folder": ""}
 MIRROR = np.array([-1.0, 1.0, -1.0])     # (y, z, roll) of the mirrored wheelset
 
 
@@ -36,12 +35,6 @@ def probe(program: str, *arguments: object, stdin: str = "") -> np.ndarray:
     return np.loadtxt(StringIO(done.stdout), ndmin=2)
 
 
-def stated_error(table: ContactTable, poses: np.ndarray, folder: Path, most: int = 0) -> np.ndarray:
-    """The rows place, tread, flange and error of tests/fortran/stated_error.f90 for poses of the left wheel."""
-    table.case.to_namelist(folder / "stated.nml")
-    return probe("stated_error", folder / "stated.nml", stdin=f"{len(poses)} {most}\n" + text(poses)).T
-
-
 class States:
     """The wheelset's contacts at poses (y, z, roll), z being the height of the axle centre; NaN off the table."""
 
@@ -52,11 +45,6 @@ class States:
         self.hessian = table.tangent(*poses.T, **place)                 # (pose, coordinate, coordinate) of the sum of the energies
         self.total = self.gradient.sum(axis=1)                          # gradient of that sum
         self.force = np.hypot(self.gradient[..., 0], self.gradient[..., 1])     # size of each contact's force, (pose, contact) [N]
-
-
-def table_file(shipped: dict[str, Run], pair: str) -> Path:
-    """The contact table that the shipped inputs of a pair have built."""
-    return shipped[f"ex1_{pair}"].file.parent / f"{pair}_halfspace.table"
 
 
 def rest_height(run: Run) -> float:

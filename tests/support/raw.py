@@ -38,6 +38,11 @@ class Raw:
         """Numbers in a row that the core knew before the run."""
         return tuple(map(float, re.search(rf"^#   {name} = ([^!\n]+)", self.head, re.MULTILINE)[1].split(",")))
 
+    def errors(self) -> dict[str, tuple[float, float]]:
+        """Errors of the contact force, rms and largest, by place."""
+        return {place: (float(rms), float(largest)) for place, rms, largest in re.findall(
+            r"^#   table_error_(\w+) = ([^,!\n]+), ([^!\n]+)", self.text, re.MULTILINE)}
+
     @cached_property
     def weight(self) -> float:
         return self.setting("mass")*GRAVITY + self.setting("vertical_load")

@@ -69,7 +69,7 @@ class Shape:
         """What the core finds from points `spacing` mm apart; the table is small: only the rigid geometry is read."""
         with tempfile.TemporaryDirectory() as folder:
             return ContactTable(self.case(Path(folder), spacing).replace(
-                contact_model="hertz", lateral=0.02, table_roll=0.02, n_lateral=20, n_roll=5, n_depth=5)).geometry(y)
+                contact_model="hertz", lateral=0.02, table_roll=0.02)).geometry(y)
 
     def case(self, folder: Path, spacing: float = arcs.STEP) -> Case:
         """A case of profiles that are written to a folder, from points `spacing` mm apart."""

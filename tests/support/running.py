@@ -65,8 +65,8 @@ def namelist(**groups: dict[str, object]) -> str:
 def kept_tables() -> Path:
     """The folder of contact tables that earlier tests of the very same program left in build/tables.
 
-    A table is a function of its case and of the program, to the last byte, so the first tests of a program build it and later
-    ones read it. The core looks at such a file as at any other and builds a table that does not fit.
+    What is solved is a function of its case and of the program, to the last byte, so the first tests of a program solve it and
+    later ones read it.
     """
     folder = REPO / "build/tables" / f"{LDBENCH.name}-{hashlib.sha256(LDBENCH.read_bytes()).hexdigest()[:16]}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -77,35 +77,21 @@ def kept_tables() -> Path:
 
 
 def with_kept_table(case: Case) -> Case:
-    """The case with a file for its contact table among the kept ones: the first test builds the table, later ones read it. Cases
-    with other tables have other files."""
-    from ldbench.ensembles.members import table_keys  # programs that only start the executable need no package
-
-    key = hashlib.sha256(repr(table_keys()(case)).encode()).hexdigest()[:16]
-    return case.replace(table_file=kept_tables()/f"{key}.table")
-
-
-def keep(table: Path, kept: Path) -> None:
-    """Copy a contact table into the folder of kept ones in one step, unless it is there."""
-    if not kept.exists():
-        part = kept.with_suffix(f".part{os.getpid()}")
-        shutil.copyfile(table, part)
-        part.replace(kept)
+    """The case with its contact table among the kept ones."""
+    return case.replace(table_folder=kept_tables())
 
 
 def short_case(folder: Path, **changes: dict[str, object]) -> str:
     """A case of 2 ms with a coarse contact table, of the law whose tables are built in the least time, that writes
-    folder/columns.txt. The table is kept unless the changes need another one."""
+    folder/columns.txt."""
     groups = {
         "profiles": {"wheel_profile": REPO / "profiles/awprof.yz", "rail_profile": REPO / "profiles/arprof.yz"},
         "initial": {"vY": 0.5, "roll_rate": 0.01667},
         "contact": {"model": "hertz"},
-        "table": {"n_lateral": 40, "n_roll": 9, "n_depth": 9},
+        "table": {"folder": kept_tables()},
         "integrator": {"dt": 1e-5, "t_end": 2e-3},
         "output": {"file": folder / "columns.txt", "rows": "interval"},
     }
-    if not changes.keys() - {"initial", "integrator", "output"}:
-        groups["table"]["file"] = kept_tables() / "short.table"
     for group, variables in changes.items():
         groups[group] = groups.get(group, {}) | variables
     return namelist(**groups)
@@ -200,9 +186,9 @@ def on_grid(run: Run) -> Run:
 
 
 def shipped_text(case: str, folder: Path) -> str:
-    """A shipped input that writes to `folder`; one table per pair of profiles is kept there."""
+    """A shipped input that writes to `folder`, with its contact table among the kept ones."""
     text = (REPO / "inputs" / f"{case}.nml").read_text()
-    return text.replace("'outputs/", f"'{folder}/")
+    return text.replace("'outputs/tables'", f"'{kept_tables()}'").replace("'outputs/", f"'{folder}/")
 
 
 def run_shipped(case: str, folder: Path, change: Callable[[str], str] = lambda text: text) -> Run:

@@ -17,12 +17,12 @@ from ldbench.plots import document
 from ldbench.runs import compute
 from raw import Raw
 from reading import words_of
+from running import kept_tables
 
 # Left and right differ, tread and flange too; mass, load and inertia are not the call's; no first moment is the wanted one.
-SPECIMEN = {"n_lateral": 40, "n_roll": 9, "n_depth": 9, "wheel_profile_right": "profiles/swprof.yz",
+SPECIMEN = {"wheel_profile_right": "profiles/swprof.yz",
             "rail_profile_right": "profiles/srprof.yz", "mass": 1600.0, "roll_inertia": 700.0, "vertical_load": 150e3, "Z": -2e-5,
-            "table_file": "outputs/specimen.table"}
-TABLES = "specimen.table", "_hertz.table"       # of the runs, and of the study's other law
+            "table_folder": kept_tables()}
 
 
 class World(NamedTuple):
@@ -79,6 +79,5 @@ def make_specimen(folder: Path) -> None:
         patch.setattr(document, "save_parts", noting(document.save_parts, folder/"sheets"))
         # The arrangement of panels takes a third of the time, and no number depends on it.
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda engine, figure: None)
-        ldbench.ContactTable.quiet(thrown.replace(model="hertz", table_file="outputs/_hertz.table"))
         assert main(["report", "--inputs", "inputs", "-j", "2"]) == 0
         compute(thrown.replace(vY=1.2, name="ex3_aw")).write(folder/"faster/ex3_aw.txt")

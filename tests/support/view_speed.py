@@ -38,7 +38,7 @@ def main() -> int:
     print(f"{'page':20} {'view':6} {'MB':>8} {'up [s]':>10} {'frames/s':>12} {'99 % gap [ms]':>14}")
     with tempfile.TemporaryDirectory() as scratch:
         for names in PAGES:
-            cases = [ldbench.Case.exercise(int(name[2]), name[4:]).replace(table_file="") for name in names]
+            cases = [ldbench.Case.exercise(int(name[2]), name[4:]).replace(table_folder="") for name in names]
             page = ldbench.view(*map(ldbench.run, cases)).write(Path(scratch)/"page.html")
             for view in ("whole", "left"):
                 print(f"{' and '.join(names):20} {view:6} {measure(page, view)}", flush=True)

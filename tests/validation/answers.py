@@ -34,7 +34,7 @@ ROUNDING = 1e-12                # of times [s]
 # Exercise 1 at so low a speed that flanges are touched only with a small lateral force, which turns from right to left. The
 # wheelset returns at its 23rd passage of the centre.
 SLOW = {"contact_model": "hertz", "vY": 0.0272, "roll_link": "rails", "lateral_force": -8.0, "lateral_ramp": 0.5, "t_end": 40.0,
-        "table_file": "outputs/aw_hertz.table", "name": "ex1_aw_slow"}
+        "name": "ex1_aw_slow"}
 
 
 

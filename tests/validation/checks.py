@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 from sheets import Table
 
-SECTIONS = "halfspace", "models", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", "integration", \
-    "answers", "pressure", "sensitivity", "unknown", "measured", "stiffness", "manchester"
+SECTIONS = "halfspace", "models", "merged", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", \
+    "integration", "answers", "pressure", "sensitivity", "unknown", "measured", "stiffness", "manchester"
 # Tests run these, with fewer cases and poses where a section takes `short`.
 TESTED: dict[str, dict[str, bool]] = {
     "halfspace": {}, "quasistatic": {"short": True}, "integration": {"short": True}, "manchester": {"short": True}}

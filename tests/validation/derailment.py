@@ -76,7 +76,7 @@ def fate(case: Case, table: ContactTable) -> Fate:
 
 def sweep(pair: str, formulation: str) -> list[Fate]:
     """Runs from 1 to 4 m/s, both ends included."""
-    case = Case.exercise(4, pair).replace(**formulations.FORMULATIONS[formulation], table_file="", depth=DEPTH, t_end=LONGEST)
+    case = Case.exercise(4, pair).replace(**formulations.FORMULATIONS[formulation], table_folder="", depth=DEPTH, t_end=LONGEST)
     table = ContactTable(case)
     speeds = np.linspace(*SPEEDS, RUNS).tolist()
     with ThreadPoolExecutor(os.cpu_count()) as pool:

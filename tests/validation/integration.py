@@ -53,6 +53,7 @@ FLANGE_ANGLE = np.radians(25)   # of a contact of the flange; smaller angles are
 JUST_AFTER = 2e-5               # a contact has closed, its angle is told [s]
 SAMPLES = 1e-5, 1e-7            # in which the peaks of DOP853's forces are looked for [s]
 LARGEST_FACTOR = 1.5            # of the influence of two contacts over that of their loads: `match_energy` in zone_influence
+INFLUENCE_SLOPE = 1300.0        # of its relative change over the penetration [1/m]: in the table of ex1_aw up to 3 % in 22 um
 NEARBY = 1e-7                   # for differences of forces [m, rad]
 
 COORDINATES = ("Y", "m"), ("Z", "m"), ("roll", "rad")
@@ -153,7 +154,7 @@ def touch_error(reference: Reference, run: Run, contact: str, t: float, h: float
 
     The core takes the rate p' of the undeformed surface. That of the surface which the tread's load N lowers by c N is another
     one, by a share of which the error is as large. It is c N', and half of c' N: the core's force on a contact has the other
-    half. The influence c goes with the inverse of their distance."""
+    half. The influence c goes with the inverse of their distance, and changes a little with the penetration."""
     table = run.table
     late = np.linspace(h/20, h, 20)
     motion = reference.state(t + late)
@@ -165,7 +166,7 @@ def touch_error(reference: Reference, run: Run, contact: str, t: float, h: float
     load = normal_force(table, contact[0] + "T", motion)
     r, rate_of_r = distance(run, contact, t)
     influence = LARGEST_FACTOR*half_space_softness(table.case)/r
-    lowering = np.nan_to_num(influence*(np.abs(np.gradient(load, late)) + load/2*abs(rate_of_r)/r))
+    lowering = np.nan_to_num(influence*(np.abs(np.gradient(load, late)) + load/2*(abs(rate_of_r)/r + INFLUENCE_SLOPE*closing)))
     return np.max(np.abs(bend*late**2/(rate + 2*bend*late))) + np.max(np.abs(lowering/closing)*late)
 
 

@@ -81,8 +81,8 @@ def free_oscillation(table: ContactTable, mode: np.ndarray, frequency: float, pe
 
 def stiff_table(case: Case, scale: float) -> ContactTable:
     """A small table about the position at rest; its depth goes with the approach."""
-    return ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), lateral=0.02, table_roll=0.01, n_lateral=160,
-                                     n_roll=33, n_depth=21, table_file=""))
+    return ContactTable(case.replace(stiffness_scale=scale, depth=1e-3*scale**(-2/3), lateral=0.02, table_roll=0.01,
+                                     table_folder=""))
 
 
 # Hardening: a Hertz spring at approach d has its frequency lowered by (A/d)^2/24 by an amplitude A: 1.7e-7 at 0.2 um.
@@ -100,8 +100,7 @@ SLOPE_BARS = 0.02, 2e-3                 # 5e-7 of interpolation in a gap of 2e-5
 def section() -> Section:
     checks, rows = [], []
     for pair in PAIRS:
-        strips = {"contact_model": "strip", "table_file": f"outputs/{pair}_strip.table"}
-        table, pendulum = ContactTable(Case.exercise(1, pair).replace(**strips)), Pendulum.of(pair)
+        table, pendulum = ContactTable(Case.exercise(1, pair).replace(contact_model="strip")), Pendulum.of(pair)
         K = table.tangent(0.0, table.equilibrium, 0.0)
         f, shapes = frequencies(K)
         hertz, approach = closed_form(pendulum, 1.0)

@@ -29,7 +29,7 @@ SAMPLES = 6
 BARS = {0.01: (0.05, 20.0, 45.0, 0.13, 0.035), 0.03: (0.09, 22.0, 65.0, 0.14, 0.05)}
 QUANTITIES = ("clearance [mm]", "contact angle on the flange [mrad]", "rolling radius on the tread [um]",
               "tread's force [of itself]", "flange's force [of itself]")
-COARSE = {"contact_model": "strip", "n_lateral": 80, "n_roll": 13, "n_depth": 17, "table_roll": 0.05}
+COARSE = {"contact_model": "strip", "table_roll": 0.05}
 
 # CONTACT's lateral displacement [mm], lateral position of the contact in the track [mm], contact angle [rad] (E. Vollebregt,
 # CONTACT, examples/mbench_a22_right, Apache 2.0).

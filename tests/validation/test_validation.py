@@ -2,26 +2,21 @@
 from __future__ import annotations
 
 import importlib
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from checks import TESTED
-from probes import table_file
-from running import PAIRS, Run
+from running import kept_tables
 
 
 @pytest.fixture(scope="session")
-def workplace(shipped: dict[str, Run], strip_tables: dict[str, Path],
-              tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder whose outputs have the contact tables that the sections would build."""
+def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder whose outputs have the kept contact tables."""
     folder = tmp_path_factory.mktemp("validation")
     (folder/"outputs").mkdir()
-    for pair in PAIRS:
-        for file in table_file(shipped, pair), strip_tables[pair]:
-            shutil.copy(file, folder/"outputs")
+    (folder/"outputs/tables").symlink_to(kept_tables())
     return folder
 
 

@@ -87,7 +87,7 @@ def variants(folder: Path, chosen: tuple[str, ...] = ()) -> dict[str, dict[str, 
     for name in WHEELS:
         file = folder/f"apta_{name}.yz"
         mp.write(file, apta_wheel(name), f"wheel {name}", [], "from the arcs of APTA PR-M-S-015-06")
-        found[f"APTA {name}"] = {"wheel_profile": str(file), "table_file": ""}
+        found[f"APTA {name}"] = {"wheel_profile": str(file), "table_folder": ""}
     others = {f"throat radii x {k:g}": {"throat": k} for k in THROATS} | {f"gauge corner {R:g} mm": {"corner": R} for R in CORNERS}
     found |= {name: write_profiles(folder, "aw", **radii) for name, radii in others.items() if not chosen or name in chosen}
     return {name: changes for name, changes in found.items() if not chosen or name in chosen}

@@ -15,7 +15,7 @@ import numpy as np
 from ._core import flat
 from ._core.calls import check, path_bytes, text, text_bytes
 from ._core.errors import BadType, BadValue, Error, MissingFile, UnknownName, unknown
-from ._core.files import DEFAULT_FOLDER, complete
+from ._core.files import complete
 from ._core.wording import html_table
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
@@ -98,11 +98,12 @@ class Case(Variables):
         case = ldbench.Case(vY=0.3, dt=5e-6)            # the other variables have the defaults of a namelist
 
     Variables are attributes, by their namelist names in any case of letters: `case.dt`, `case.vY`. Where two
-    groups share a name, and anywhere else if you like, the group goes before it: `case.output_file`,
-    `case.table_file`, `case.table_roll`. Values are in SI units, angles in rad; `case.describe()` lists them.
+    groups share a name, for files and folders, and anywhere else if you like, the group goes before it:
+    `case.table_roll`, `case.output_file`, `case.table_folder`. Values are in SI units, angles in rad; `case.describe()` lists them.
 
-    Files with relative names are looked for in the working directory, as the executable does, then beside
-    the namelist file and in the folder above it, then among the shipped ones.
+    Profiles with relative names are looked for in the working directory, as the executable does, then beside
+    the namelist file and in the folder above it, then among the shipped ones. What is written, columns and contact
+    tables, goes to the working directory.
     """
 
     values: tuple[Value, ...]       # in the order of `variables()`
@@ -202,9 +203,9 @@ class Case(Variables):
         except Error as error:
             raise error.turned(BadValue) from None
 
-    def check_writable(self, group: str, path: str | os.PathLike[str]) -> None:
-        """Check before a run that the `file` of a group, 'output' or 'table', can be written."""
-        check(*flat.check_writable(*map(path_bytes, (self.label, group, path))))
+    def check_writable(self, path: str | os.PathLike[str]) -> None:
+        """Check before a run that its column file can be written."""
+        check(*flat.check_writable(path_bytes(self.label), path_bytes(path)))
 
     def _with(self, changes: Changes) -> Case:
         """A case with other values, before the core has checked them."""
@@ -272,16 +273,6 @@ class Case(Variables):
         names = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
         return {name: self.find(str(getattr(self, name))) for name in names if getattr(self, name)}
 
-    def table_path(self) -> str:
-        """Path of the file that keeps the contact table; '' when its folder is nowhere and not made either."""
-        name = self.table_file
-        if not name:
-            return ""
-        found = self.find(name)
-        folder = Path(found).parent
-        made = folder == Path(DEFAULT_FOLDER) and not folder.exists() and os.access(".", os.W_OK)
-        return found if made or folder.is_dir() else ""
-
     def describe(self) -> pd.DataFrame:
         """All variables as a table: value, default, unit, range and meaning by group and name."""
         import pandas as pd
@@ -340,9 +331,10 @@ def together(values: Changes | None, changes: Mapping[str, object]) -> Changes:
 
 
 def shortest_name(k: int) -> str:
-    """The name of the k-th variable; with its group where the name alone is ambiguous."""
+    """The name of the k-th variable; with its group where the name alone is ambiguous or does not tell what is in the file."""
     variable = variables()[k]
-    return variable.name if len(_indices()[variable.name.lower()]) == 1 else f"{variable.group}_{variable.name}"
+    alone = len(_indices()[variable.name.lower()]) == 1 and variable.name not in ("file", "folder")
+    return variable.name if alone else f"{variable.group}_{variable.name}"
 
 
 def _property(k: int, variable: Variable) -> property:

@@ -63,7 +63,7 @@ class Run(RunData):
     def warnings(self) -> tuple[str, ...]:
         """What is doubtful about the profiles, the contact table and the run, in a line each."""
         told = [line.removeprefix("warning: ") for line in self._in_core.comments.splitlines() if line.startswith("warning: ")]
-        return tuple(dict.fromkeys([*self.table.warnings, *told]))
+        return tuple(dict.fromkeys(told))
 
     def write(self, path: str | os.PathLike[str] | None = None) -> str:
         """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. Of a
@@ -147,7 +147,7 @@ class ComputedRun(Run):
     @functools.cached_property
     def table(self) -> ContactTable:
         """The contact table, loaded or built where it is not at hand."""
-        return ContactTable.quiet(self.case)
+        return ContactTable(self.case)
 
     @functools.cached_property
     def handle(self) -> Handle:
@@ -180,12 +180,12 @@ class ComputedRun(Run):
 
 
 def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
-    """Run a case, or a namelist file; nothing is written but the contact table's file, if the case has one. For a mapping of
-    values make a case: `run(Case(values))`.
+    """Run a case, or a namelist file; nothing is written but contact tables, where the case names a folder for them. For a
+    mapping of values make a case: `run(Case(values))`.
 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
-    with stage 'table' or 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
-    building or loading it; Error when it does not fit the case. Ctrl-C stops the run and raises KeyboardInterrupt;
+    with stage 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
+    what it has solved; Error when it does not fit the case. Ctrl-C stops the run and raises KeyboardInterrupt;
     so does any exception in `progress`. Other Python threads go on meanwhile. Every line of `run.warnings` is a
     `ldbench.Warning`.
     """
@@ -197,7 +197,7 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
 
 def compute(case: Case, progress: Progress | bool | None = None, table: ContactTable | None = None) -> ComputedRun:
     """`run` without a `ldbench.Warning`, for commands and workers."""
-    fitting = table.for_case(case) if table else ContactTable.quiet(case, progress)
+    fitting = table.for_case(case) if table else ContactTable(case)
 
     def work(shared: Shared) -> ComputedRun:
         address, message, length = flat.simulate_case(fitting._handle, *shared)

@@ -5,10 +5,7 @@ import functools
 import logging
 import math
 import os
-import threading
-import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NoReturn
 
@@ -16,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import flat
-from ._core.calls import Handle, Progress, Shared, check, path_bytes, text, version, watched
-from ._core.errors import BadValue, Error, Warning
+from ._core.calls import Handle, check, path_bytes, version
+from ._core.errors import BadValue, Error
 from ._core.files import complete
 from ._core.wording import counted, html_table
 from .case import TEXT_LENGTH, Case, variables
@@ -38,12 +35,11 @@ Outside = Literal["raise", "nan"]
 WHEELS = "both", "left", "right"
 PROFILES = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
 CELL = 16           # characters of a number in a file of columns
-PLACES = "tread", "flange", "both", "going over"       # of the table's error
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
 FREE_GROUPS = "case", "initial", "loading", "integrator", "output"
 FREE_NAMES = ("mass", "roll_inertia", "pitch_inertia", "vertical_load", "friction", "shear_modulus",
-              "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "file", "restitution")
+              "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "folder", "restitution")
 
 
 @functools.cache
@@ -52,21 +48,9 @@ def bound_places() -> list[int]:
     return [k for k, variable in enumerate(variables()) if variable.group not in FREE_GROUPS and variable.name not in FREE_NAMES]
 
 
-# Held while the core may use a table file: gfortran does not open a file that another thread has open.
-_table_file = threading.Lock()
-
 # By the status of a pose.
 OUTSIDE = ("", "lateral = {case.lateral} m", "roll = {case.table_roll} rad", "depth = {case.depth} m",
            "as it was made, where contacts push")
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """Error of a wheel's force, table against direct evaluation, of max(|F|, 5 kN)."""
-
-    poses: int          # at which it was measured
-    rms: float
-    largest: float
 
 
 class ContactTable:
@@ -82,8 +66,7 @@ class ContactTable:
     """
 
     case: Case
-    seconds: float      # processor time for building the table [s]; 0 where it was found
-    found: bool         # whether it was read from a file
+    seconds: float      # processor time for the preparation [s]
     #: Rigid-axle flange clearance to the left [m].
     clearance: float
     #: Rigid-axle flange clearance to the right [m]; that to the left where both sides have the same profiles.
@@ -106,40 +89,23 @@ class ContactTable:
     #: are nan.
     frequencies: tuple[float, ...]
 
-    def __init__(self, case: Case | str | os.PathLike[str], progress: Progress | bool | None = None) -> None:
-        """Load the table of a case, or of a namelist file, from the table file, or build it (some seconds); `progress` as in
-        `run`.
+    def __init__(self, case: Case | str | os.PathLike[str]) -> None:
+        """Prepare the table of a case, or of a namelist file, with what the case's table folder keeps.
 
-        A process builds one table at a time, whatever its threads. Every line of `warnings` is a `ldbench.Warning`.
+        What a pose needs is solved when it is first asked for, and kept: by this table for all its poses and runs, and in the
+        folder where the case names one.
         """
-        self._make(Case.given(case), progress)
-        for words in self.warnings:
-            warnings.warn(words, Warning, stacklevel=2)
-
-    @classmethod
-    def quiet(cls, case: Case, progress: Progress | bool | None = None) -> ContactTable:
-        """The table of a case, without a `ldbench.Warning`: commands and workers have ways of their own to tell `warnings`."""
-        table = cls.__new__(cls)
-        table._make(case, progress)
-        return table
-
-    def _make(self, case: Case, progress: Progress | bool | None) -> None:
-        paths = located(case)
-
-        def work(shared: Shared) -> None:
-            with _table_file:
-                address, message, length = flat.prepare_case(*case.arrays(), paths, *shared)
-            check(message, length, case.label)
-            self._own(case, Handle(flat.free_prepared, address))
-
-        watched(work, progress)
+        case = Case.given(case)
+        address, message, length = flat.prepare_case(*case.arrays(), located(case))
+        check(message, length, case.label)
+        self._own(case, Handle(flat.free_prepared, address))
         log.info("%s: %r", case.label, self)
 
     def _own(self, case: Case, handle: Handle) -> None:
         self.case, self._handle = case, handle
         (self.clearance, self.clearance_right, self.equilibrium, self.equilibrium_roll, self.rigid_height, y, z, roll,
-         self.weight, self.seconds, found, *frequencies) = flat.prepared_numbers(handle).tolist()
-        self.rest, self.frequencies, self.found = (y, z, roll), tuple(frequencies), bool(found)
+         self.weight, self.seconds, *frequencies) = flat.prepared_numbers(handle).tolist()
+        self.rest, self.frequencies = (y, z, roll), tuple(frequencies)
         self.sinking, self.load_per_wheel = self.rigid_height - self.equilibrium, self.weight/2
 
     def for_case(self, case: Case) -> ContactTable:
@@ -172,37 +138,23 @@ class ContactTable:
         return self.clearance, self.clearance_right, self.equilibrium, self.rigid_height
 
     @property
-    def accuracy(self) -> dict[str, Accuracy]:
-        """Measured error of the left wheel's table, where it touches: 'tread', 'flange', 'both' at once, or
-        'going over' a rail. Empty for rigid contacts."""
-        return self._accuracy(1)
-
-    @property
-    def accuracy_right(self) -> dict[str, Accuracy]:
-        """Measured error of the right wheel's table, as `accuracy`."""
-        return self._accuracy(2)
-
-    def _accuracy(self, side: int) -> dict[str, Accuracy]:
-        numbers, _ = flat.table_accuracy(self._handle, side)
-        return {place: Accuracy(int(poses), rms, largest)
-                for place, (poses, rms, largest) in zip(PLACES, numbers.T.tolist(), strict=True) if poses}
-
-    @property
     def solutions(self) -> tuple[int, int, int]:
-        """Half-space solutions in the left wheel's table, those that did not converge, and those that its error is
-        measured by and did not converge."""
-        return tuple(flat.table_accuracy(self._handle, 1)[1].tolist())
+        """Solutions in the tables of both sides, those of them that the folder kept, and those that did not converge."""
+        solved, found, failed = np.sum([flat.table_solutions(self._handle, side) for side in (1, 2)], axis=0).tolist()
+        return solved, found, failed
 
-    @property
-    def solutions_right(self) -> tuple[int, int, int]:
-        """Half-space solutions in the right wheel's table, as `solutions`."""
-        return tuple(flat.table_accuracy(self._handle, 2)[1].tolist())
+    def errors(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "left") -> tuple[np.ndarray, np.ndarray]:
+        """Error of the force on the left or right wheel, |F_table - F|/max(|F|, 5 kN), and |F| [N], shape (...) each.
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What the profiles and the table do not fulfil, in a line each."""
-        lines = text(*flat.prepared_warnings(self._handle)).splitlines()
-        return tuple(dict.fromkeys(line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")))
+        F is a finite difference of the energy without the table, of the whole wheel, pressed anew on finer grids. The error is NaN
+        where that does not converge. It takes some milliseconds a pose.
+        """
+        if self.case.formulation != "elastic" or wheel == "both":
+            raise BadValue(f"expected elastic contacts and wheel='left' or 'right', found {self.case.formulation!r}, {wheel!r}")
+        arrays = np.broadcast_arrays(*(np.asarray(x, float) for x in (y, z, roll)))
+        y, z, roll = (np.ascontiguousarray(x).ravel() for x in arrays)
+        errors, forces = flat.force_errors(self._handle, _number(wheel), y, z, roll)
+        return errors.reshape(arrays[0].shape), forces.reshape(arrays[0].shape)
 
     def potential(self, y: ArrayLike, z: ArrayLike, roll: ArrayLike, wheel: Wheel = "both",
                   outside: Outside = "raise") -> np.ndarray:
@@ -318,23 +270,24 @@ class ContactTable:
         return clearance_words(self.clearance, self.clearance_right)
 
     def lines(self) -> list[str]:
-        """What there is to say of the rigid and the resting wheelset and of the table's error, line by line."""
+        """What there is to say of the rigid and the resting wheelset and of the table, line by line."""
         case, stiffness, made = self.case, "", f"formulation {self.case.formulation}: rigid contacts, no contact table"
         if case.formulation == "elastic":
             stiffness = f", vertical stiffness {1e-6*self.tangent(0.0, self.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
-            made = (f"contact table: model {case.model}, {'found' if self.found else f'built in {self.seconds:.2f} s'}, "
-                    + (case.table_path() or "not kept in a file"))
-        sides = [("", self.accuracy), ("right ", self.accuracy_right)][:1 + (self.accuracy_right != self.accuracy)]
+            kept = f"kept in {case.table_folder}" if case.table_folder else "not kept"
+            made = f"contact table: model {case.model}, {self._made}, {kept}"
         return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
                 f"equilibrium: axle {self.equilibrium:.6f} m above the rails, {1e3*self.sinking:.4f} mm lower than with rigid "
-                f"contacts, {1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made,
-                *(f"{side}error, {place}: rms {error.rms:.1e}, largest {error.largest:.1e} of max(|F|, 5 kN) "
-                  f"at {counted(error.poses, 'pose')}" for side, errors in sides for place, error in errors.items())]
+                f"contacts, {1e-3*self.load_per_wheel:.3f} kN per wheel{stiffness}", made]
+
+    @property
+    def _made(self) -> str:
+        solved, found, _ = self.solutions
+        return f"{counted(solved - found, 'solution')}, {found} found"
 
     def __repr__(self) -> str:
-        made = "from its file" if self.found else f"built in {self.seconds:.2f} s"
         elastic = self.case.formulation == "elastic"
-        kind = f"{self.case.model}, {made}" if elastic else f"none, as contacts are {self.case.formulation}"
+        kind = f"{self.case.model}, {self._made}" if elastic else f"none, as contacts are {self.case.formulation}"
         return f"ContactTable({profile_names(self.case)}: {kind}; clearance {self.clearance_words} mm)"
 
     def _repr_html_(self) -> str:
@@ -346,7 +299,7 @@ class ContactTable:
 
 def _made_again(case: Case, landmarks: tuple[float, ...]) -> ContactTable:
     """The table that another process had of a case."""
-    table = ContactTable.quiet(case)
+    table = ContactTable(case)
     if not np.allclose(table._landmarks(), landmarks, rtol=1e-9, atol=0):
         raise Error(file=case.label, expected="the profiles that the contact table was made of",
                     found="others under their names")
@@ -366,9 +319,9 @@ def core_files(case: Case) -> dict[str, str]:
 
 
 def located(case: Case) -> bytes:
-    """Paths of the case's files, as the core takes them: profiles, those of the right side, contact table."""
+    """Paths of the case's profiles, as the core takes them."""
     files = core_files(case)
-    paths = *(path_bytes(files.get(name, "")) for name in PROFILES), path_bytes(case.table_path())
+    paths = [path_bytes(files.get(name, "")) for name in PROFILES]
     for path in paths:
         if len(path) > TEXT_LENGTH:
             raise Error(file=case.label, group="profiles", expected=f"paths of at most {TEXT_LENGTH} characters",

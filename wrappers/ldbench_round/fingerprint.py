@@ -57,7 +57,6 @@ SEEN = 0.01             # least share of the energy that a blow loses if there i
 # such a code touches at other points. Our Hertzian contact with 0.5, 0.8 and 1.2 times the stiffness is missed by 4, 1 and 1 %.
 MOTION = 0.02
 UNLIKE = "the force is not proportional to our Hertzian one along this motion"
-FINE = {"n_lateral": 400, "n_depth": 60}    # points of our Hertzian table at most, so that its error is no part of a misfit
 REACH = 2e-3            # over which our wheelset is moved along the normal, to either side [m]
 SHIFTS = 161            # that are tried over that reach
 NEIGHBOUR = 2*REACH/(SHIFTS - 1)
@@ -110,7 +109,7 @@ def plus_minus(x: Estimate, factor: float = 1.0) -> str:
 @cache
 def hertz_table(profiles: str) -> ContactTable:
     """Our contact by Hertz's law for a pair of profiles."""
-    return ContactTable.quiet(Case.exercise(2, profiles).replace(FINE, model="hertz", table_file=""))
+    return ContactTable(Case.exercise(2, profiles).replace(model="hertz", table_folder=""))
 
 
 @quiet()

@@ -77,7 +77,7 @@ _OWN: dict[Task, RunData] = {}
 def own_run(task: Task) -> RunData:
     """Our run of a simulation, by strips, which is near enough for a map; exercise 5 for its first seconds."""
     if task not in _OWN:
-        case = Case.exercise(task.exercise, task.profiles).replace(model="strip", table_file="", output_file="")
+        case = Case.exercise(task.exercise, task.profiles).replace(model="strip", table_folder="", output_file="")
         if task.exercise == 5:
             case = case.replace(t_end=1.0)
         table = next((other.table for known, other in _OWN.items() if known.profiles == task.profiles
@@ -92,7 +92,7 @@ def write_rigid_run(folder: Path, task: Task, restitution: float, program: str) 
     if not target.exists():
         folder.mkdir(parents=True, exist_ok=True)
         case = exact(Case.exercise(task.exercise, task.profiles)).replace(formulation="unilateral", restitution=restitution,
-                                                                          table_file="", output_file="")
+                                                                          table_folder="", output_file="")
         made = compute(ending(case, horizon(task)))
         with complete(target) as scratch:
             made.write(scratch)

@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 Progress = Callable[[str, float], object]
 Shared = tuple[np.ndarray, np.ndarray]
 
-STAGES = "", "table", "integration"
+STAGES = "", "integration"
 
 
 def text(buffer: bytes, length: int) -> str:
@@ -81,7 +81,7 @@ def watched(work: Callable[[Shared], Result], progress: Progress | bool | None) 
     """Do `work(shared)` in a thread of its own and wait for it.
 
     `shared` goes to the core: how far it is, and whether it shall stop. Meanwhile `progress(stage, share)`
-    is called here with stage 'table' or 'integration' and the share done, 0 to 1; True draws a bar on a
+    is called here with stage 'integration' and the share done, 0 to 1; True draws a bar on a
     terminal. An exception here, such as KeyboardInterrupt, stops the work before it goes on its way.
     """
     shared = np.zeros(2), np.zeros(1, np.intc)

@@ -74,7 +74,7 @@ class Variables:
     contact_flange_angle: Final[float]
     stiffness_scale: Final[float]
     contact_stiffness_scale: Final[float]
-    table_file: Final[str]
+    table_folder: Final[str]
     lateral: Final[float]
     table_lateral: Final[float]
     lift: Final[float]
@@ -86,12 +86,6 @@ class Variables:
     table_depth: Final[float]
     accuracy: Final[float]
     table_accuracy: Final[float]
-    n_lateral: Final[int]
-    table_n_lateral: Final[int]
-    n_roll: Final[int]
-    table_n_roll: Final[int]
-    n_depth: Final[int]
-    table_n_depth: Final[int]
     order: Final[int]
     integrator_order: Final[int]
     beta: Final[float]
@@ -119,6 +113,8 @@ class Variables:
     output_rows: Final[Literal["interval_and_events", "interval"]]
     pressures: Final[Literal["yes", "no"]]
     output_pressures: Final[Literal["yes", "no"]]
+    judged: Final[Literal["yes", "no"]]
+    output_judged: Final[Literal["yes", "no"]]
 
 class Values(TypedDict, total=False):
     name: str | PathLike[str]
@@ -192,7 +188,7 @@ class Values(TypedDict, total=False):
     contact_flange_angle: float
     stiffness_scale: float
     contact_stiffness_scale: float
-    table_file: str | PathLike[str]
+    table_folder: str | PathLike[str]
     lateral: float
     table_lateral: float
     lift: float
@@ -204,12 +200,6 @@ class Values(TypedDict, total=False):
     table_depth: float
     accuracy: float
     table_accuracy: float
-    n_lateral: int
-    table_n_lateral: int
-    n_roll: int
-    table_n_roll: int
-    n_depth: int
-    table_n_depth: int
     order: int
     integrator_order: int
     beta: float
@@ -237,3 +227,5 @@ class Values(TypedDict, total=False):
     output_rows: Literal["interval_and_events", "interval"]
     pressures: Literal["yes", "no"]
     output_pressures: Literal["yes", "no"]
+    judged: Literal["yes", "no"]
+    output_judged: Literal["yes", "no"]

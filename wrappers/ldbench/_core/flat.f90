@@ -11,6 +11,7 @@ module flat
   use contact_pressure, only: most_patches, press_contact, pressed_patch
   use contact_table, only: table_type
   use curve, only: curve_frame, curve_type
+  use direct_force, only: fine_elements, judge
   use curve_fit, only: interpolate, noise_of => point_noise
   use errors, only: error_type
   use events, only: event_kinds
@@ -25,7 +26,6 @@ module flat
   use run_results, only: results_text => describe_results, setup_text => describe_setup, summary
   use run_setup, only: setup_type
   use station_scan, only: new_scan, scan_type
-  use table_results, only: list_tables
   use text, only: line_type, read_lines, split_lines
   use wheel_rail_pair, only: mirror
   use wheelset, only: contact_state, contacts
@@ -147,14 +147,11 @@ contains
   end subroutine describe_case
 
   !> Profiles, contact table and equilibrium of a case.  paths: those of its wheel_profile, rail_profile,
-  !> wheel_profile_right, rail_profile_right and table file, of 256 characters each.  progress and stop_asked are shared
-  !> with the thread that watches.
-  subroutine prepare_case(n, numbers, words, paths, progress, stop_asked, handle, message, length)
+  !> wheel_profile_right and rail_profile_right, of 256 characters each.
+  subroutine prepare_case(n, numbers, words, paths, handle, message, length)
     integer, intent(in) :: n
     real(8), intent(in) :: numbers(n)
     character(*), intent(in) :: words, paths
-    real(8), intent(inout) :: progress(2)
-    integer, intent(inout) :: stop_asked(1)
     integer(8), intent(out) :: handle
     character(16384), intent(out) :: message
     integer, intent(out) :: length
@@ -165,7 +162,7 @@ contains
 
     call import_case(numbers, words, c)
     call new_prepared(p, handle)
-    call prepare_watched(p, c, paths, progress, stop_asked, error)
+    call prepare_located(p, c, paths, error)
     if (allocated(error)) call free_prepared_at(handle)
     call give_error(error, message, length)
   end subroutine prepare_case
@@ -198,54 +195,58 @@ contains
   end subroutine free_prepared
 
   !> clearance to the left and to the right, height and roll of the wheelset that is held at the centre, height
-  !> of the rigid one [m, rad], y, z, roll in which it rests [m, rad], weight [N], processor time for the table [s],
-  !> whether it was found in a file; three eigenfrequencies [Hz], as many as the formulation leaves, then NaN.
+  !> of the rigid one [m, rad], y, z, roll in which it rests [m, rad], weight [N], processor time for the preparation
+  !> [s]; three eigenfrequencies [Hz], as many as the formulation leaves, then NaN.
   subroutine prepared_numbers(handle, numbers)
     integer(8), intent(in) :: handle
-    real(8), intent(out) :: numbers(14)
+    real(8), intent(out) :: numbers(13)
     type(prepared_type), pointer :: p
 
     p => prepared_at(handle)
     numbers = [p%setup%side%clearance, p%setup%equilibrium(2:), p%setup%centred(2), p%setup%rest, &
-               p%setup%wheelset%weight(), p%setup%table_seconds, merge(1d0, 0d0, p%setup%table_found), p%setup%frequency]
+               p%setup%wheelset%weight(), p%setup%seconds, p%setup%frequency]
   end subroutine prepared_numbers
 
-  !> Error of the contact table of a side (1 left, 2 right): poses, rms and largest of max(|F|, 5 kN) on the tread, on
-  !> the flange, on both at once, going over a rail; no poses where it is not known.  solutions: half-space solutions
-  !> in the table, those that did not converge, those that its error is measured by and did not converge.
-  subroutine table_accuracy(handle, side, numbers, solutions)
+  !> Solutions in the contact table of a side (1 left, 2 right; 0 where the right side shares that of the left), those of them that a file kept, and those that did not converge.
+  subroutine table_solutions(handle, side, solutions)
     integer(8), intent(in) :: handle
     integer, intent(in) :: side
-    real(8), intent(out) :: numbers(3, 4)
     integer, intent(out) :: solutions(3)
     type(prepared_type), pointer :: p
     type(table_type), pointer :: table
 
     p => prepared_at(handle)
-    numbers = 0
     solutions = 0
     table => p%setup%wheelset%table
     if (side == 2) table => p%setup%wheelset%right_table
-    if (.not. associated(table)) return
-    numbers(1, :) = table%accuracy%poses
-    numbers(2, :) = table%accuracy%rms
-    numbers(3, :) = table%accuracy%largest
-    solutions = [table%solutions, table%accuracy%unsolved]
-  end subroutine table_accuracy
+    if (side == 2 .and. associated(table, p%setup%wheelset%table)) return
+    if (associated(table)) solutions = [table%solutions(1), table%found, table%solutions(2)]
+  end subroutine table_solutions
 
-  !> What the contact tables of a prepared case do not fulfil, in lines.
-  subroutine prepared_warnings(handle, listing, length)
+  !> Error of the force on a wheel (1 left, 2 right) at n poses, of max(|F|, 5 kN), and the force without the table [N]; NaN where
+  !> its direct solution does not converge.
+  subroutine force_errors(handle, side, n, y, z, roll, errors, forces)
     integer(8), intent(in) :: handle
-    character(32768), intent(out) :: listing
-    integer, intent(out) :: length
+    integer, intent(in) :: side, n
+    real(8), intent(in) :: y(n), z(n), roll(n)
+    real(8), intent(out) :: errors(n), forces(n)
+    !f2py threadsafe
     type(prepared_type), pointer :: p
-    type(result_list) :: items
+    type(table_type), pointer :: table
+    real(8) :: pose(3)
+    logical :: ok, touching(2)
+    integer :: i
 
     p => prepared_at(handle)
-    items = result_list('', '', '')
-    call list_tables(p%c, p%setup, items)
-    call give(items%warnings, listing, length)
-  end subroutine prepared_warnings
+    table => p%setup%wheelset%table
+    if (side == 2) table => p%setup%wheelset%right_table
+    do i = 1, n
+      pose = [y(i), z(i), roll(i)]
+      if (side == 2) pose = mirror*pose
+      call judge(table, fine_elements(table%law), pose, errors(i), forces(i), touching, ok)
+      if (.not. ok) errors(i) = ieee_value(1d0, ieee_quiet_nan)
+    end do
+  end subroutine force_errors
 
   !> Integrate a prepared case.
   subroutine simulate_case(prepared, progress, stop_asked, handle, message, length)
@@ -554,14 +555,14 @@ contains
     end associate
   end subroutine rigid_numbers
 
-  !> Find out before the work, not after it, that the `file` of a group cannot be written.
-  subroutine check_writable(file, group, path, message, length)
-    character(*), intent(in) :: file, group, path
+  !> Find out before the work, not after it, that a column file cannot be written.
+  subroutine check_writable(file, path, message, length)
+    character(*), intent(in) :: file, path
     character(16384), intent(out) :: message
     integer, intent(out) :: length
     type(error_type), allocatable :: error
 
-    call check_path(file, group, path, error)
+    call check_path(file, path, error)
     call give_error(error, message, length)
   end subroutine check_writable
 

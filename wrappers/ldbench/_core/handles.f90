@@ -14,14 +14,14 @@ module handles
   use row_sink, only: row_writer
   use run_monitor, only: run_type
   use run_setup, only: place_sides, set_wheelset, setup_type
-  use run_tables, only: free_tables
+  use run_tables, only: free_tables, keep_tables
   use simulation, only: prepare, simulate
   use station_scan, only: scan_type, set_depth, touch
   use text, only: checksum, line_type, read_lines, str
   use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
-  public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_watched, adapt
+  public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_located, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
   public :: export_case, import_case, give, give_error, outline, wheel_contact
 
@@ -47,7 +47,7 @@ module handles
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
   type, extends(monitor_type) :: shared_monitor
-    real(dp), pointer :: progress(:) => null()   !! stage (1 table, 2 integration), share done
+    real(dp), pointer :: progress(:) => null()   !! 1 when the integration has begun, share done
     integer, pointer :: stop_asked(:) => null()  !! not 0: stop
   contains
     procedure :: report
@@ -55,33 +55,32 @@ module handles
 
 contains
 
-  subroutine report(this, stage, share)
+  subroutine report(this, share)
     class(shared_monitor), intent(inout) :: this
-    character(*), intent(in) :: stage
     real(dp), intent(in) :: share
     real(dp), pointer, volatile :: progress(:)
     integer, pointer, volatile :: stop_asked(:)
 
     progress => this%progress
     stop_asked => this%stop_asked
-    progress(1) = merge(1, 2, stage == 'table')
+    progress(1) = 1
     progress(2) = share
     this%stop = stop_asked(1) /= 0
   end subroutine report
 
-  !> A case by the paths where its files are.
-  subroutine locate(c, paths)
-    type(case_type), intent(inout) :: c
+  !> A case by the paths where its profiles are.
+  type(case_type) function located(c, paths)
+    type(case_type), intent(in) :: c
     character(*), intent(in) :: paths          !! text_length characters each
-    character(text_length) :: path(5)
+    character(text_length) :: path(4)
 
-    path = transfer(paths(:5*text_length), path)
-    c%wheel_profile = path(1)
-    c%rail_profile = path(2)
-    c%wheel_profile_right = path(3)
-    c%rail_profile_right = path(4)
-    c%table_file = path(5)
-  end subroutine locate
+    path = transfer(paths(:4*text_length), path)
+    located = c
+    located%wheel_profile = path(1)
+    located%rail_profile = path(2)
+    located%wheel_profile_right = path(3)
+    located%rail_profile_right = path(4)
+  end function located
 
   !> The names of profiles as the case has them.
   subroutine rename(c, setup)
@@ -96,24 +95,19 @@ contains
 
   !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case keeps the names as its namelist has
   !> them.
-  subroutine prepare_watched(p, c, paths, progress, stop_asked, error)
+  subroutine prepare_located(p, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
     character(*), intent(in) :: paths
-    real(dp), target, intent(inout) :: progress(:)
-    integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
-    type(shared_monitor) :: watcher
+    type(error_type), allocatable :: ignored
 
-    watcher%progress => progress
-    watcher%stop_asked => stop_asked
     p%c = c
-    call locate(p%c, paths)
-    call prepare(p%c, p%setup, error, watcher)
+    call prepare(located(c, paths), p%setup, error)
     p%owns_table = .true.
-    p%c = c
     call rename(c, p%setup)
-  end subroutine prepare_watched
+    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, p%setup, ignored)
+  end subroutine prepare_located
 
   !> Profiles in their places, zones and clearance of a case, whose files are found by the paths given here.
   subroutine prepare_rigid(p, c, paths, error)
@@ -123,9 +117,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    call locate(p%c, paths)
-    call place_sides(p%c, p%setup, error)
-    p%c = c
+    call place_sides(located(c, paths), p%setup, error)
   end subroutine prepare_rigid
 
   !> The points of a wheel (what = 1) or a rail (2), moved as the core has moved the curve through them [m].
@@ -213,17 +205,15 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    call locate(p%c, paths)
-    call same_profile(p%c%wheel_profile, from%setup%wheel(1))
-    call same_profile(p%c%rail_profile, from%setup%rail(1))
-    call same_profile(merge(p%c%wheel_profile, p%c%wheel_profile_right, p%c%wheel_profile_right == ''), from%setup%wheel(2))
-    call same_profile(merge(p%c%rail_profile, p%c%rail_profile_right, p%c%rail_profile_right == ''), from%setup%rail(2))
+    associate (found => located(c, paths))
+      call same_profile(found%wheel_profile, from%setup%wheel(1))
+      call same_profile(found%rail_profile, from%setup%rail(1))
+      call same_profile(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), from%setup%wheel(2))
+      call same_profile(merge(found%rail_profile, found%rail_profile_right, found%rail_profile_right == ''), from%setup%rail(2))
+    end associate
     if (allocated(error)) return
-    p%c = c
     p%setup = from%setup
     call rename(c, p%setup)
-    p%setup%table_found = .true.
-    p%setup%table_seconds = 0
     call set_wheelset(c, p%setup, error)
 
   contains
@@ -249,10 +239,12 @@ contains
     integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
     type(shared_monitor) :: watcher
+    type(error_type), allocatable :: ignored
 
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, ignored)
   end subroutine simulate_watched
 
   !> Write the column file of a run.

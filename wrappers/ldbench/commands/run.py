@@ -19,6 +19,7 @@ from .._core.errors import Usage
 from .._core.files import check_written
 from .._core.pools import in_threads, one_of_each
 from ..case import Case, Value
+from ..ensembles.members import table_keys
 from ..runs import Run, check_own_file, compute, output_path
 from .options import LOG, add_jobs, add_json, add_output, add_set, print_json, settings
 
@@ -36,7 +37,7 @@ def main(args: argparse.Namespace) -> int:
         raise Usage(place="-o", expected="one namelist", found=len(args.namelists))
     cases = [chosen(namelist, settings(args.set), args.output) for namelist in args.namelists]
     for case in cases:
-        case.check_writable("output", output_path(case))
+        case.check_writable(output_path(case))
     check_written([Path(output_path(case)) for case in cases], map(Path, args.namelists))
     if len(cases) == 1:
         show(written(cases[0], True), 0, args.json)
@@ -47,7 +48,8 @@ def main(args: argparse.Namespace) -> int:
 
     waiting: dict[int, Run] = {}
     told = 0
-    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_path()):
+    table = table_keys()
+    for batch in one_of_each(range(len(cases)), lambda number: cases[number].table_folder and table(cases[number])):
         for number, result in in_threads(work, batch, args.jobs):
             waiting[number] = result
             while told in waiting:          # a result is printed when those before it are

@@ -133,19 +133,18 @@ def keys_of(members: Sequence[Member], wanted: Wanted) -> list[str]:
             for member in members]
 
 
-def groups_of(members: Sequence[Member], missing: Iterable[int], base: object) -> Iterator[Group]:
-    """Members that share a contact table: its key, the case to build it for, None if all are refused, and their numbers. A table
-    file holds the table of the first case that names it, `base` before all."""
+def groups_of(members: Sequence[Member], missing: Iterable[int], base: Case | None = None) -> Iterator[Group]:
+    """Members that share a contact table: its key, the case to build it for, None if all are refused, and their numbers. With
+    `base`, what is solved for other tables than its own is not kept: a sweep of the gauge would leave a file for every value."""
     key = table_keys()
-    files: dict[str, TableKey | None] = {base.table_file: key(base)} if isinstance(base, Case) else {}
     found: dict[TableKey | None, list[int]] = {}
     for number in missing:
         member = members[number]
         found.setdefault(None if isinstance(member, str) else key(member), []).append(number)
     for table, numbers in found.items():
         case = next(filter(None, (accepted(members[number]) for number in numbers)), None)
-        if case and files.setdefault(case.table_file, table) != table:
-            case = case.replace(table_file="")
+        if case and base and table != key(base):
+            case = case.replace(table_folder="")
         yield table, case, numbers
 
 

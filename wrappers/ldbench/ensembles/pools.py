@@ -1,8 +1,8 @@
 """Where the members of an ensemble run: in this process, or on the workers of a Dask cluster.
 
-A contact table reaches the workers of a cluster as the bytes of a table file, together with the profiles, so that workers need
-no common files. The scheduler gives the work of a worker that dies to others. Members and records travel as one string of bytes
-per task: the scheduler would unpickle them, which costs it more than the task.
+A contact table is made by one worker of a cluster and reaches the others as the bytes of its files, together with the profiles, so
+that workers need no common files. The scheduler gives the work of a worker that dies to others. Members and records travel as one
+string of bytes per task: the scheduler would unpickle them, which costs it more than the task.
 """
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from .._core.files import read_bytes
 from .._core.optional import needed
 from .._core.pools import AHEAD, as_they_come, in_threads
 from ..case import Case
+from ..runs import compute
 from ..table import PROFILES, ContactTable, core_files
 from .members import Group, Member, Record, TableKey, Wanted, run_member
 
@@ -34,7 +35,7 @@ TABLES_KEPT = 4     # by a worker process
 def run_here(members: Sequence[Member], groups: Iterable[Group], tables: Mapping[TableKey | None, ContactTable], wanted: Wanted,
              threads: int) -> Generator[tuple[int, Record]]:
     """Numbers of members and their records as they come, in threads of this process. The first member that needs a table that is
-    not at hand, in `tables`, builds it; the others wait for it."""
+    not at hand, in `tables`, makes it; the others wait for it."""
     def tasks() -> Iterator[tuple[int, Case | None, Future[ContactTable | None]]]:
         for key, case, numbers in groups:
             table: Future[ContactTable | None] = Future()
@@ -49,7 +50,7 @@ def run_here(members: Sequence[Member], groups: Iterable[Group], tables: Mapping
         number, case, table = task
         if case:
             try:
-                table.set_result(ContactTable.quiet(case, tell))
+                table.set_result(ContactTable(case))
             except BaseException as error:      # which else the others would wait for
                 table.set_exception(error)
         try:
@@ -122,33 +123,32 @@ def check_security(scheduler: str, security: distributed.Security) -> None:
 
 
 class Files(NamedTuple):
-    """A contact table on its way: a case, and the contents of its profiles and its table file by the names of the variables. The
-    table of a right side that differs has a file of its own, whose name ends with '.right'."""
+    """A contact table on its way: a case, the contents of its profiles by the names of the variables, and those of the table's
+    files by the names of the files."""
 
     case: Case
     contents: tuple[tuple[str, bytes], ...]
 
     def write(self, folder: str) -> dict[str, str]:
-        """Write all files to a folder; their paths by variable."""
+        """Write all files to a folder; the paths of profiles by variable."""
         for name, data in self.contents:
             Path(folder, name).write_bytes(data)
         return dict.fromkeys(PROFILES, "") | {name: f"{folder}/{name}" for name, _ in self.contents if name in PROFILES}
 
 
-def files_of(case: Case) -> Files:
-    """What a worker needs to make the table of a case, with what its table file holds."""
-    tables = {f"table_file{end}": case.table_path() + end for end in ("", ".right")}
-    found = core_files(case) | {name: path for name, path in tables.items() if Path(path).is_file()}
+def files_of(case: Case, tables: Iterable[Path] = ()) -> Files:
+    """What a worker needs to make the table of a case, with what the files of tables hold."""
+    found = core_files(case) | {path.name: str(path) for path in tables}
     return Files(case, tuple((name, read_bytes(Path(path))) for name, path in found.items()))
 
 
 def build_table(files: Files) -> Files | str:
-    """The files with the contact table, which this worker loads or builds; or why it cannot."""
+    """The files with the contact table that has what a run of the case needs; or why it cannot."""
     try:
         with tempfile.TemporaryDirectory() as folder:
-            case = files.case.replace({**files.write(folder), "table_file": f"{folder}/table_file"})
-            ContactTable.quiet(case)
-            return files_of(case)
+            case = files.case.replace({**files.write(folder), "table_folder": folder})
+            compute(case)
+            return files_of(case, Path(folder).glob("*.table"))
     except Error as error:
         return str(error)
 
@@ -158,7 +158,7 @@ def load_table(files: Files) -> tuple[ContactTable, dict[str, str], tempfile.Tem
     """The contact table in this process, the paths of the profiles by variable, and the folder that has them."""
     folder = tempfile.TemporaryDirectory()
     paths = files.write(folder.name)
-    return ContactTable.quiet(files.case.replace({**paths, "table_file": f"{folder.name}/table_file"})), paths, folder
+    return ContactTable(files.case.replace({**paths, "table_folder": folder.name})), paths, folder
 
 
 def run_task(pickled: bytes, files: Files | str | None, wanted: Wanted) -> bytes:

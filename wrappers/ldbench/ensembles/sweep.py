@@ -38,7 +38,7 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     its numbers are NaN. The result does not depend on the number of threads.
 
     Members that differ only in what a contact table does not depend on share one; `tables` are some that threads
-    find at hand. The case's table file serves the members that keep its table.
+    find at hand. The case's table folder serves the members that share its table, of a list those that share the first one's.
 
     threads: all cores by default. scheduler: address of a Dask scheduler, whose workers then do it all.
     store: the Dataset goes to this Zarr directory when it is complete; what is there is replaced if an ensemble has made it,
@@ -60,7 +60,7 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     with open_records(Path(store)) if store else nullcontext[Any]({}) as records:
         missing = [number for number, key in enumerate(keys) if key not in records]
         done = len(members) - len(missing)
-        groups = groups_of(members, missing, case)
+        groups = groups_of(members, missing, case if isinstance(case, Case) else case[0])
         key = table_keys()
         going = (run_there(members, groups, wanted, scheduler) if scheduler and missing else
                  run_here(members, groups, {key(table.case): table for table in tables}, wanted, threads or usable_cores()))

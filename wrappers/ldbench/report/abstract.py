@@ -42,8 +42,14 @@ TABLE: dict[str, int | None] = {
     "drift_relative": None}
 GPA = OUTCOME["pmax"]._replace(unit="GPa", scale=1e-9, digits=1)
 
-# Where a contact table measures its error, by the names in the header of a column file.
+# Where the error of a contact force is measured, by the names in the results of a column file.
 PLACES = {"tread": "tread alone", "flange": "flange alone", "both": "tread and flange", "going over": "rolling over the rail"}
+
+
+def worst_errors(runs: Sequence[RunData], place: str) -> str:
+    """The largest rms and, in brackets, the largest error of the contact force that the runs state at a place."""
+    found = [run.header.table_errors[place] for run in runs if place in run.header.table_errors]
+    return f"{percent_text(max(rms for rms, _ in found), 3)} ({percent_text(max(most for _, most in found), 3)})" if found else ""
 
 
 def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
@@ -89,10 +95,9 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "pairs": [pair_facts(own) for own in by_pair(runs).values()],
         "reconstruction": any(run.header.reconstruction for run in runs),
         "models": sorted({run.law for run in runs}),
-        "places": [PLACES.get(place, place) for place in first.header.table_errors],
-        "errors": [[own[0].pair, *(f"{percent_text(rms, 3)} ({percent_text(largest, 3)})" for rms, largest in
-                                   own[0].header.table_errors.values())]
-                   for own in by_pair(runs).values() if own[0].header.table_errors],
+        "places": list(PLACES.values()),
+        "errors": [[own[0].pair, *(worst_errors(own, place) for place in PLACES)]
+                   for own in by_pair(runs).values() if any(run.header.table_errors for run in own)],
         "others": [{"name": run.name, "ending": run.ending} for run in loose if run.ending != RETURNED],
         "corners": [{"name": run.name, "times": TIMES.get(n, f"{n} times")} for run in loose if (
             n := sum(run.results[f"n_{side}_flange_over_rail"] for side in ("left", "right")))],

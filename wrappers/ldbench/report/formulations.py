@@ -91,7 +91,7 @@ def outcomes(inputs: Path, jobs: int, told: Callable[[], object] = lambda: None,
     cases = find_cases(inputs)
     known = {one.name: one for one in submitted}
     several = {table_key(case): case for case in cases if case.case_name not in known}
-    tables = {key: ContactTable.quiet(case) for key, case in several.items()}
+    tables = {key: ContactTable(case) for key, case in several.items()}
 
     def work(task: tuple[Case, str], tell: Progress) -> Outcome:
         case, name = task

@@ -12,21 +12,12 @@ from pathlib import Path
 
 from .._core.calls import Progress
 from .._core.errors import Error
-from .._core.files import digest, make_folder
+from .._core.files import digest
 from .._core.kept import hashes, inside, is_up_to_date, write_stamp
 from .._core.pools import in_threads, one_of_each
 from ..case import Case, data_folder
+from ..ensembles.members import table_keys
 from ..runs import compute, output_path
-
-
-class ReportCase(Case):
-    """A case whose contact table is kept in the working directory, as by the executable, wherever the namelist is."""
-
-    def table_path(self) -> str:
-        """The path of the file of the contact table; '' where the case keeps none."""
-        if self.table_file:
-            make_folder(Path(self.table_file))
-        return self.table_file
 
 
 @dataclass(frozen=True)
@@ -71,7 +62,7 @@ def find_cases(inputs: Path) -> list[Case]:
     files = sorted(inputs.glob("ex*.nml"))
     if not files:
         raise Error(file=inputs, expected="namelists ex*.nml", found="none")
-    cases: list[Case] = [ReportCase.from_namelist(file) for file in files]
+    cases = [Case.from_namelist(file) for file in files]
     for file, case in zip(files, cases, strict=True):
         if case.case_name != file.stem or not re.fullmatch("ex[1-5]_(aw|sw)", file.stem):
             raise Error(file=file, group="case", variable="name",
@@ -83,8 +74,7 @@ def find_cases(inputs: Path) -> list[Case]:
 def run_job(job: Job, tell: Progress) -> None:
     """Run one job. An exception in `tell` ends it early."""
     case, before = job.case, sources(job.case)
-    for group, path in ("output", output_path(case)), ("table", case.table_path()):
-        case.check_writable(group, path)
+    case.check_writable(output_path(case))
     compute(case, tell).write(output_path(case))
     write_stamp(job.product, before)
 
@@ -93,16 +83,13 @@ def run_stale(jobs: Sequence[Job], workers: int, force: bool = False,
               done: Callable[[Job, bool], object] = lambda job, ran: None) -> None:
     """Run the jobs that are not up to date side by side, the longest first; `done(job, ran)` is called for all.
 
-    Jobs that share a contact table would each build it: first the shortest of them runs for every table that is missing, then
-    the rest."""
+    Jobs that share a contact table would each solve it: first the shortest of them runs for every table, then the rest."""
     stale = [job for job in jobs if force or not is_up_to_date(job.product, sources(job.case))]
     for job in jobs:
         if job not in stale:
             done(job, False)
 
-    def lacking(job: Job) -> str:
-        return table if (table := job.case.table_path()) and not Path(table).is_file() else ""
-
-    for batch in one_of_each(sorted(stale, key=lambda job: job.cost), lacking):
+    table = table_keys()
+    for batch in one_of_each(sorted(stale, key=lambda job: job.cost), lambda job: job.case.table_folder and table(job.case)):
         for job, _ in in_threads(run_job, sorted(batch, key=lambda job: -job.cost), workers):
             done(job, True)

@@ -45,9 +45,6 @@ def study_jobs(case: Case, folder: Path, ramp_end: float = SHORT_RAMP) -> dict[s
     for name, changes in VARIANTS.items():
         product = folder/f"{case.case_name}_{name}.txt"
         variant = base.replace(changes, output_file=inside(product, Path()))
-        if variant.model != base.model and base.table_file:
-            table = Path(base.table_file)
-            variant = variant.replace(table_file=table.with_name(f"{table.stem.rpartition('_')[0]}_{variant.model}.table"))
         found[name] = Job(variant, product)
     return found
 

@@ -87,7 +87,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
             if plotted in due:      # pages are drawn in other processes while the rest is made here
                 further = [(formulations.TITLE, formulations.figures(found, inputs)),
                            *([(TITLE, report_pages(trusted))] if trusted else [])]
-                shapes = ((run, ContactTable.quiet(run.case).geometry()) for run, *_ in by_pair(runs).values())
+                shapes = ((run, ContactTable(run.case).geometry()) for run, *_ in by_pair(runs).values())
                 work[plotted] = stack.enter_context(drawing(runs, plotted, shapes, jobs, bar.update, further, fine, chaotic))
             for product, make in work.items():
                 if product in due:

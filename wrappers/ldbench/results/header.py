@@ -103,8 +103,6 @@ def parse_comments(head: Sequence[str], tail: Sequence[str]) -> Comments:
     groups = read_groups(head)
     setup = groups.pop("setup", {})
     settings = {group: dict(setting(group, key, value) for key, value in values.items()) for group, values in groups.items()}
-    errors = {key.removeprefix("table_error_").replace("_", " "): (number(setup, key, 0), number(setup, key, 1))
-              for key in setup if key.startswith("table_error_") and not key.endswith("_right")}
     results: dict[str, Any] = {key: number(setup, key) for key in SETUP}
     results |= {key: number(setup, key) for key in setup if key in ABSENT}
     frequencies = setup.get("eigenfrequencies", [])
@@ -112,7 +110,11 @@ def parse_comments(head: Sequence[str], tail: Sequence[str]) -> Comments:
         results[f"frequency_{k}"] = number({"eigenfrequencies": frequency}, "eigenfrequencies")
     events: tuple[Event, ...] = ()
     ending = ""
+    errors: dict[str, tuple[float, float]] = {}
     if told := read_groups(tail).get("results"):
+        for key in [key for key in told if key.startswith("table_error_")]:
+            errors[key.removeprefix("table_error_").replace("_", " ")] = number(told, key, 0), number(told, key, 1)
+            del told[key]
         events, ending = tuple(map(read_event, told.pop("event", []))), str(told.pop("end", ""))
         results |= {count_name(kind): 0 for kind in event_kinds()}
         results |= dict.fromkeys(ALWAYS, np.nan)

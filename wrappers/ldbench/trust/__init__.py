@@ -35,8 +35,8 @@ def trust(case: Case | str | os.PathLike[str], *, laws: bool = False, jobs: int 
     one side; ranges count them to either side, as small changes are in proportion.
 
     jobs: threads, all cores by default. A progress function is called as `progress("trust", share)`; True draws a bar on a
-    terminal. Ctrl-C stops the runs. Contact tables are kept beside the case's table file, in the folder .ldbench, so that a second
-    call takes a few seconds. Error where the case itself cannot run; `failed` has the variations that could not.
+    terminal. Ctrl-C stops the runs. The contact tables of all variations are kept in the case's table folder, so that a second call
+    takes a few seconds. Error where the case itself cannot run; `failed` has the variations that could not.
     """
     from tqdm import tqdm
 
@@ -47,7 +47,7 @@ def trust(case: Case | str | os.PathLike[str], *, laws: bool = False, jobs: int 
         varied, notes = variations(case, laws, Path(folder))
         members = [case, *(one.case for one in varied)]
         records: list[Record] = [{}]*len(members)
-        groups = groups_of(members, range(len(members)), case)
+        groups = groups_of(members, range(len(members)))
         with (closing(run_here(members, groups, {}, Wanted(), jobs or usable_cores())) as going,
               tqdm(desc="trust", total=len(members), unit="run", delay=1, leave=False,
                    disable=None if progress is True else True) as bar):

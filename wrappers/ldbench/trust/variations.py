@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .._core.errors import Error
-from .._core.kept import kept_in
-from ..case import TEXT_LENGTH, Case, Value, shortest_name, variables
-from ..ensembles.members import table_keys
+from ..case import Case, Value, shortest_name, variables
 from ..profiles.profile import ProfileData
 from ..results.twins import TWINS, twin_cases
 
@@ -44,7 +42,7 @@ def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], l
     """All variations of a case, and what is said of causes that cannot be varied, a line each.
 
     laws: the other contact laws too. folder: for profiles that are smoothed otherwise; they are read from it while the variations
-    run. Contact tables other than the case's are kept beside its file, in the folder .ldbench.
+    run.
     """
     name = f"start, within {1e6*max(TWINS):.0f} µm"
     found = [Variation("twin", name, twin) for twin in twin_cases(case)]
@@ -61,7 +59,7 @@ def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], l
         notes.append(f"laws: contacts are {case.formulation}, which have none")
     found += smoothings(case, folder, notes)
     found += inputs(case)
-    return [with_table(case, one) for one in found], notes
+    return found, notes
 
 
 def inputs(case: Case) -> Iterator[Variation]:
@@ -121,20 +119,3 @@ def smoothings(case: Case, folder: Path, notes: list[str]) -> Iterator[Variation
             ProfileData(path, kind, smoothing=factor*profile.smoothing).write(target)
             changes: dict[str, Value | os.PathLike[str]] = dict.fromkeys(names, target)
             yield Variation("smoothing", words, case.replace(changes))
-
-
-def with_table(case: Case, variation: Variation) -> Variation:
-    """The variation with a table file of its own where it needs another contact table than the case."""
-    key = table_keys()
-    if not case.table_file or case.formulation != "elastic" or key(variation.case) == key(case):
-        return variation
-    file, path = "", case.table_path()
-    if path:
-        folder = kept_in(Path(path).parent)
-        with suppress(OSError):
-            folder.mkdir(parents=True, exist_ok=True)
-            if os.access(folder, os.W_OK):
-                cause = re.sub(r"\W+", "_", variation.name)
-                file = str(folder/f"{Path(path).stem}_{cause}.table")
-    changed = variation.case.replace(table_file=file if len(os.fsencode(file)) <= TEXT_LENGTH else "")
-    return Variation(variation.kind, variation.name, changed, variation.factor)
