@@ -46,7 +46,7 @@ def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], l
     laws: the other contact laws too. folder: for profiles that are smoothed otherwise and for bodies; they are read from it while
     the variations run.
     """
-    from .. import bodies                   # SciPy takes longer to import than a short run
+    from .. import bodies  # SciPy takes longer to import than a short run
 
     name = f"start, within {1e6*max(TWINS):.0f} µm"
     found = [Variation("twin", name, twin) for twin in twin_cases(case)]
