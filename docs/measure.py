@@ -3,6 +3,7 @@
     python docs/measure.py report       from the files that `make report` has left in outputs/
     python docs/measure.py validate     from the files that `make validate` has left in outputs/
     python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
+    python docs/measure.py bodies       runs exercises 1 to 4 with the shipped bodies of wheel and rail; a minute
     python docs/measure.py times        builds both contact tables, runs the ten cases: processor times
     python docs/measure.py              does all of these
 
@@ -27,14 +28,14 @@ from typing import Any
 import numpy as np
 
 import ldbench
-from ldbench import Case, ContactInterval, ContactTable, view
+from ldbench import Case, ContactInterval, ContactTable, bodies, view
 from ldbench._core.files import complete
 from ldbench._core.kept import kept_in
 from ldbench.report import formulations
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
 from ldbench.results.twins import TWINS, spreads
-from quotes import CAUSES, ENDS
+from quotes import BODIES, CAUSES, ENDS
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUTS = ROOT/"outputs"
@@ -47,7 +48,7 @@ DIGITS = 6                                      # of the stored values
 
 Values = dict[str, float]
 COMMANDS = {"report": "make report", "validate": "make validate", "variants": "python docs/measure.py variants",
-            "times": "python docs/measure.py times"}
+            "bodies": "python docs/measure.py bodies", "times": "python docs/measure.py times"}
 
 
 # make report ------------------------------------------------------------------------------
@@ -244,6 +245,34 @@ def of_causes(exercises: Iterable[int]) -> Values:
     return values
 
 
+def of_bodies() -> Values:
+    """How the bodies' own elasticity changes the first contact of the left flange; what wheel and rail do alone in one case."""
+    values: Values = {}
+    for pair in PAIRS:
+        cases = [Case.exercise(exercise, pair).replace(table_folder="") for exercise in (1, 2, 3, 4)]
+        table = ContactTable(cases[0])
+        first = [first_contact(case, table.for_case(case)) for case in cases]
+        for support, file in BODIES.items():
+            changed = [case.replace(influence="bodies", bodies=ROOT/file.format(pair)) for case in cases]
+            table = ContactTable(changed[0])
+            for exercise, case in enumerate(changed, 1):
+                values |= of_changed(f"bodies.ex{exercise}_{pair}.{support}", first[exercise - 1],
+                                     first_contact(case, table.for_case(case)))
+        if pair == "aw":
+            for only in "wheel", "rail":
+                with tempfile.TemporaryDirectory() as folder:
+                    bodies.write(Path(folder)/"one.bodies", bodies.find(cases[1], kinds=(only,)))
+                    case = cases[1].replace(influence="bodies", bodies=Path(folder)/"one.bodies")
+                    values |= of_changed(f"bodies.ex2_aw.{only} alone", first[1], first_contact(case, ContactTable(case)))
+    peaks = [x for name, x in values.items() if name.endswith("peak [%]") and "alone" not in name]
+    return values | {"bodies.peak.least [%]": min(peaks), "bodies.peak.largest [%]": max(peaks)}
+
+
+def of_changed(name: str, own: ContactInterval, other: ContactInterval) -> Values:
+    """Changes of a first contact [%]."""
+    return {f"{name}.{what} [%]": 100*(getattr(other, what)/getattr(own, what) - 1) for what in ("peak", "duration", "impulse")}
+
+
 def first_contact(case: Case, table: ContactTable) -> ContactInterval:
     """The first contact of the left flange, by the rows."""
     return ldbench.run(case, table=table).first_interval("LF")
@@ -262,7 +291,7 @@ def of_times() -> Values:
 
 
 GROUPS: dict[str, Callable[[], Values]] = {
-    "report": of_report, "validate": of_validation, "variants": of_variants, "times": of_times}
+    "report": of_report, "validate": of_validation, "variants": of_variants, "bodies": of_bodies, "times": of_times}
 
 
 # The file ---------------------------------------------------------------------------------

@@ -9,6 +9,7 @@
 !> overlap: Hertz's ellipse has the shares f_x, f_s of the semi-axes of the overlap with f_x^2 + f_s^2 = 1 (from
 !> K. L. Johnson, Contact Mechanics, 4.25-4.32).
 module halfspace_patches
+  use body_influence, only: add_bodies
   use curve, only: curve_point
   use halfspace, only: displace, mesh_type, set_influence, solve_loads
   use kinds, only: dp
@@ -32,6 +33,7 @@ module halfspace_patches
     real(dp), allocatable :: r(:, :, :)        !! interpenetration that the loads leave, (nx, ns, patch) [m]
     real(dp), allocatable :: influence(:, :)   !! of the elements on each other, see `set_influence` [m/N]
     real(dp), allocatable :: angle(:, :)       !! of the wheel's tangent, wheelset frame, (ns, patch) [rad]
+    real(dp), allocatable :: foot(:, :)        !! stations of the rail below the rows of elements, (ns, patch) [m]
     real(dp), allocatable :: normal(:, :, :, :), point(:, :, :, :)   !! of the rail, of the wheel; see `set_depths`
   end type patches_type
 
@@ -86,7 +88,7 @@ contains
       if (.not. fits) cycle
       do g = 1, patches%n
         call look_beyond(pair, coarse, scan, first, last, patches%overlaps%list(g)%ends, patches%overlaps%list(g)%depth, &
-          patches%mesh(:patches%n), patches%angle, patches%f, g, patches%box(:, g), stretch(:, g), fits)
+          patches%mesh(:patches%n), patches%angle, patches%foot, patches%f, g, patches%box(:, g), stretch(:, g), fits)
       end do
       if (fits) exit
     end do
@@ -146,22 +148,25 @@ contains
 
     if (allocated(patches%f)) then
       if (size(patches%f) /= size(depth)) then
-        deallocate (patches%f, patches%r, patches%influence, patches%angle, patches%normal, patches%point)
+        deallocate (patches%f, patches%r, patches%influence, patches%angle, patches%foot, patches%normal, patches%point)
       end if
     end if
     if (.not. allocated(patches%f)) then
       allocate (patches%f, patches%r, mold=depth)
-      allocate (patches%influence(size(depth), size(depth)), patches%angle(elements%ns, patches%n))
+      allocate (patches%influence(size(depth), size(depth)), patches%angle(elements%ns, patches%n), &
+        patches%foot(elements%ns, patches%n))
       allocate (patches%normal(2, elements%nx, elements%ns, patches%n), patches%point(2, elements%nx, elements%ns, patches%n))
     end if
     do g = 1, patches%n
       call fit_mesh(patches%box(:, g), patches%overlaps%list(g)%ends, elements, patches%mesh(g))
       call set_depths(pair, first, last, centre, roll, scan, patches%mesh(g), depth(:, :, g), patches%normal(:, :, :, g), &
-        patches%point(:, :, :, g), patches%angle(:, g))
+        patches%point(:, :, :, g), patches%angle(:, g), patches%foot(:, g))
       call guess_loads(patches%box(:, g), patches%overlaps%list(g)%depth, patches%mesh(g), patches%f(:, :, g))
     end do
     call set_influence(elements%nx, elements%ns, patches%mesh(:patches%n), merge(0.0_dp, patches%angle, elements%flat), &
       elements%e_star, patches%influence)
+    if (allocated(pair%bodies)) call add_bodies(pair%bodies, elements%nx, elements%ns, patches%mesh(:patches%n), patches%angle, &
+      patches%foot, elements%e_star, patches%influence)
     call solve_flat(patches%influence, depth, elements%tolerance, patches%f, patches%r, patches%ok)
     share = 1/(1 + grid_error/elements%ns**2)
     patches%energy = sum(patches%f*(depth + patches%r))*share
@@ -278,12 +283,13 @@ contains
       end do
       ! A station on a grid is one of its elements.
       if (g <= patches%n) cycle
-      gap = displacement(elements, patches%mesh(:patches%n), patches%angle, patches%f, pair%s(i), pair%angle(i)) - scan%depth(i)
+      gap = displacement(pair, elements, patches%mesh(:patches%n), patches%angle, patches%foot, patches%f, pair%s(i), &
+        pair%angle(i), scan%foot(i)) - scan%depth(i)
       if (gap >= least_gap) cycle
       least_gap = gap
       angle = pair%angle(i)
-      displaced = displacement(elements, patches%mesh(:patches%n), patches%angle, reshape(f, shape(patches%f)), pair%s(i), &
-        pair%angle(i))
+      displaced = displacement(pair, elements, patches%mesh(:patches%n), patches%angle, patches%foot, &
+        reshape(f, shape(patches%f)), pair%s(i), pair%angle(i), scan%foot(i))
     end do
   end subroutine nearest_point
 
@@ -306,14 +312,15 @@ contains
   end function elements_between
 
   !> At the elements of a grid: the undeformed interpenetration [m], the rail's normal, the wheel's point relative
-  !> to the axle centre, track frame [m], and the angle of the wheel's tangent, wheelset frame [rad].
-  pure subroutine set_depths(pair, first, last, centre, roll, scan, mesh, depth, normal, point, angle)
+  !> to the axle centre, track frame [m]; of the rows: the angle of the wheel's tangent, wheelset frame [rad], and the station of
+  !> the rail below [m].
+  pure subroutine set_depths(pair, first, last, centre, roll, scan, mesh, depth, normal, point, angle, rail_station)
     type(pair_type), intent(in) :: pair
     integer, intent(in) :: first, last
     real(dp), intent(in) :: centre(2), roll
     type(scan_type), intent(in) :: scan
     type(mesh_type), intent(in) :: mesh
-    real(dp), intent(out) :: depth(:, :), normal(:, :, :), point(:, :, :), angle(:)
+    real(dp), intent(out) :: depth(:, :), normal(:, :, :), point(:, :, :), angle(:), rail_station(:)
     real(dp), dimension(size(depth, 1)) :: foot, rate, step
     real(dp) :: s, x, r(2), d1(2), d2(2), base(2)
     integer :: interval(size(depth, 1)), i, j, k, node
@@ -338,6 +345,7 @@ contains
       interval = scan%interval(node)
       call set_depth(pair%rail, size(foot), spread(centre, 2, size(foot)) + point(:, :, j), foot, interval, &
         depth(:, j), normal(:, :, j), rate, step)
+      rail_station(j) = foot(1)
     end do
   end subroutine set_depths
 

@@ -1,5 +1,6 @@
 !> Grids of elements on pressed patches: their place and size, first pressures, and whether they fit.
 module patch_grids
+  use body_influence, only: displacement_of_bodies
   use halfspace, only: mesh_type
   use kinds, only: dp, pi
   use station_scan, only: scan_type
@@ -106,7 +107,7 @@ contains
 
   !> Look for a second pressed area of an overlap, beyond the grid: where the bodies still interpenetrate after the
   !> displacement by all loads. `fits` becomes false, and the area is stretched to there.
-  pure subroutine look_beyond(pair, elements, scan, first, last, lap, overlap, mesh, angle, f, g, box, stretch, fits)
+  pure subroutine look_beyond(pair, elements, scan, first, last, lap, overlap, mesh, angle, foot, f, g, box, stretch, fits)
     type(pair_type), intent(in) :: pair
     type(elements_type), intent(in) :: elements
     type(scan_type), intent(in) :: scan
@@ -115,6 +116,7 @@ contains
     real(dp), intent(in) :: overlap                !! largest overlap [m]
     type(mesh_type), intent(in) :: mesh(:)         !! (patch)
     real(dp), intent(in) :: angle(:, :)            !! of the wheel's tangent (ns, patch) [rad]
+    real(dp), intent(in) :: foot(:, :)             !! stations of the rail below the rows of elements (ns, patch) [m]
     real(dp), intent(in) :: f(:, :, :)             !! loads (nx, ns, patch) [N]
     integer, intent(in) :: g                       !! the patch
     real(dp), intent(inout) :: box(3)              !! pressed area: half of its length along x, first and last s [m]
@@ -132,7 +134,8 @@ contains
     do k = first, last, step
       s = pair%s(k)
       if (s < lap(1) .or. s > lap(2) .or. s > low .and. s < high) cycle
-      if (scan%depth(k) <= negligible*overlap + displacement(elements, mesh, angle, f, s, pair%angle(k))) cycle
+      if (scan%depth(k) <= negligible*overlap &
+        + displacement(pair, elements, mesh, angle, foot, f, s, pair%angle(k), scan%foot(k))) cycle
       middle = (box(2) + box(3))/2
       if (s < low) then
         stretch(2) = stretch(2)*(middle - (s + lap(1))/2)/(middle - box(2))
@@ -147,12 +150,15 @@ contains
   end subroutine look_beyond
 
   !> Displacement of both bodies together at x = 0 and s, off the grids [m]: every row of elements counts as a line.
-  pure real(dp) function displacement(elements, mesh, angle, f, s, angle_s)
+  pure real(dp) function displacement(pair, elements, mesh, angle, foot, f, s, angle_s, foot_s)
+    type(pair_type), intent(in) :: pair
     type(elements_type), intent(in) :: elements
     type(mesh_type), intent(in) :: mesh(:)         !! (patch)
     real(dp), intent(in) :: angle(:, :)            !! of the wheel's tangent (ns, patch) [rad]
+    real(dp), intent(in) :: foot(:, :)             !! stations of the rail below the rows of elements (ns, patch) [m]
     real(dp), intent(in) :: f(:, :, :)             !! loads (nx, ns, patch) [N]
     real(dp), intent(in) :: s, angle_s             !! place [m] and the tangent's angle there [rad]
+    real(dp), intent(in) :: foot_s                 !! station of the rail below it [m]
     real(dp) :: away, primitive(0:elements%nx), cosine
     integer :: i, j, g
 
@@ -167,6 +173,8 @@ contains
           *sum(f(:, j, g)*(primitive(1:) - primitive(:elements%nx - 1)))
       end do
     end do
+    if (allocated(pair%bodies)) displacement = displacement + displacement_of_bodies(pair%bodies, mesh, angle, foot, &
+      elements%e_star, f, s, angle_s, foot_s)
   end function displacement
 
 end module patch_grids

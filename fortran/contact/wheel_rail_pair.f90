@@ -4,6 +4,7 @@
 !> treated as a left side at (-y, z, -phi).  The yaw angle is zero, so the cross-section through the axle is the
 !> whole contact geometry.
 module wheel_rail_pair
+  use body_influence, only: body_type
   use curve, only: curve_point, curve_type, near_interval
   use kinds, only: degree, dp
   implicit none
@@ -31,6 +32,8 @@ module wheel_rail_pair
     real(dp), allocatable :: rail_angle(:) !! tangent angle at the rail's knots, made monotone [rad]
     !> Curvature of the rail at the tangent angles from the last of `rail_angle` up, at equal steps, convex positive [1/m].
     real(dp), allocatable :: rail_curvature(:)
+    !> Bodies whose elasticity differs from that of half-spaces; not allocated where all are half-spaces.
+    type(body_type), allocatable :: bodies(:)
   end type pair_type
 
   !> Factors that mirror a pose, a velocity or a force (y, z, roll) from left to right.

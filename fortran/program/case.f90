@@ -51,6 +51,7 @@ module case
     character(text_length) :: model = 'halfspace'
     real(dp) :: flange_angle = usual_flange_angle
     character(text_length) :: influence = 'local'
+    character(text_length) :: bodies = ''
     real(dp) :: stiffness_scale = 1
     ! &table
     character(text_length) :: table_folder = ''
@@ -148,8 +149,10 @@ contains
     call all%add('contact', 'restitution', c%restitution, 0.0_dp, 1.0_dp, '1', &
       'coefficient of restitution of impacts with formulation = ''unilateral''')
     call all%add('contact', 'model', c%model, 'halfspace strip hertz', 'law of the elastic normal force')
-    call all%add('contact', 'influence', c%influence, 'local flat apart', &
-      'where loads of a wheel act (halfspace): along their own normals (local), as on a plane (flat), in their own zone (apart)')
+    call all%add('contact', 'influence', c%influence, 'local flat apart bodies', &
+      'loads (halfspace) act along their normals (local), as on a plane (flat), in their zone (apart), or on bodies (bodies)')
+    call all%add('contact', 'bodies', c%bodies, '', &
+      'file that says what wheel and rail differ by from half-spaces, with influence = ''bodies''')
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
       'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
     call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')

@@ -36,6 +36,10 @@ contains
       '''unilateral'' has impacts', str(c%restitution)//' with '''//trim(c%formulation)//'''')
     call demand(c%formulation == 'elastic' .or. abs(c%stiffness_scale - 1) <= 0, 'contact', 'stiffness_scale', &
       '1, for contacts are rigid with formulation = '''//trim(c%formulation)//'''', str(c%stiffness_scale))
+    call demand(c%influence /= 'bodies' .or. c%bodies /= '', 'contact', 'bodies', &
+      'a file made by python -m ldbench bodies, with influence = ''bodies''', 'none')
+    call demand(c%influence /= 'bodies' .or. c%model == 'halfspace', 'contact', 'influence', &
+      'model = ''halfspace'' with influence = ''bodies''', ''''//trim(c%model)//'''')
     call demand(c%interval >= c%dt, 'output', 'interval', 'at least the step &integrator dt = '//str(c%dt)//' s', str(c%interval))
     call demand(c%interval/c%dt <= 1e9_dp, 'integrator', 'dt', 'at most 1e9 steps between rows', str(c%interval/c%dt))
     call demand(c%interval <= c%t_end, 'output', 'interval', 'at most &integrator t_end = '//str(c%t_end)//' s', str(c%interval))
@@ -60,12 +64,13 @@ contains
     character(*), intent(in) :: file
     type(case_type), intent(in) :: c
     type(error_type), allocatable, intent(out) :: error
-    character(29), parameter :: names(5) = [character(29) :: 'the namelist itself', '&profiles wheel_profile', &
-      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right']
+    character(29), parameter :: names(6) = [character(29) :: 'the namelist itself', '&profiles wheel_profile', &
+      '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&contact bodies']
     character(max(len(file), text_length)) :: paths(size(names))
     integer :: i
 
-    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right]
+    paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right, c%bodies]
+    if (c%influence /= 'bodies') paths(6) = ''
     if (file == 'standard input') paths(1) = '-'
     do i = 1, size(names)
       if (paths(i) == '') cycle

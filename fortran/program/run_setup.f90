@@ -1,6 +1,7 @@
 !> The setup that all runs with one wheelset on one track share: placed profiles, tables, equilibrium.
 module run_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use body_file, only: read_bodies
   use both_rails, only: largest_force_on_rails, rest_on_rails
   use case, only: case_type
   use contact_zones, only: find_zones, least_turn, side_type, threshold_at
@@ -20,6 +21,7 @@ module run_setup
   type :: setup_type
     type(profile_type) :: wheel(2), rail(2)   !! left, right
     type(side_type) :: side(2)         !! left, right
+    character(8) :: bodies_sum = ''    !! CRC-32 of the file of bodies; '' where there is none
     logical :: symmetric = .true.      !! left and right have the same profiles
     type(wheelset_type) :: wheelset
     real(dp) :: centred(3) = 0         !! pose of the rigid wheelset on both rails at y = 0
@@ -99,6 +101,12 @@ contains
           if (k == 2) faulty = trim(names(1, 2))//', '//trim(names(2, 2))
           call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
             c%rolling_radius, side%pair, error)
+        end if
+        if (.not. allocated(error) .and. c%formulation == 'elastic' .and. c%influence == 'bodies') then
+          faulty = ''
+          call read_bodies(trim(c%bodies), [wheel%curve, rail%curve], files(:, k), c%poisson, side%pair%bodies, setup%bodies_sum, &
+            error)
+          if (allocated(error)) call place_error(error, group='contact', variable='bodies')
         end if
         if (allocated(error) .and. faulty /= '') call place_error(error, group='profiles', variable=faulty)
         if (allocated(error)) return

@@ -7,7 +7,6 @@ module run_tables
   use errors, only: error_type, place_error
   use hertz, only: contact_modulus
   use kinds, only: dp
-  use profile, only: profile_type
   use run_setup, only: setup_type
   use table_file, only: load_values, save_values, table_path
   use table_layout, only: lay_out
@@ -37,7 +36,7 @@ contains
     type(table_type), intent(inout) :: table
     logical :: found
 
-    call lay_out(law_of(c, setup%side(side)), table_key(c, setup%wheel(side), setup%rail(side)), table)
+    call lay_out(law_of(c, setup%side(side)), table_key(c, setup, side), table)
     table%threshold = setup%side(side)%threshold
     if (c%table_folder /= '') call load_values(table_path(trim(c%table_folder), table), table, found)
   end subroutine open_table
@@ -69,7 +68,7 @@ contains
     type(case_type), intent(in) :: c
     type(side_type), intent(in) :: side
 
-    law_of = law_type(side, c%model(:9), c%influence(:5), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
+    law_of = law_type(side, c%model(:9), c%influence(:6), c%stiffness_scale*contact_modulus(c%youngs_modulus, c%poisson), &
       c%extent, c%accuracy)
   end function law_of
 
@@ -85,15 +84,16 @@ contains
   end subroutine free_tables
 
   !> All that the table of a side depends on beside the program, in words.
-  function table_key(c, wheel, rail) result(key)
+  function table_key(c, setup, side) result(key)
     type(case_type), intent(in) :: c
-    type(profile_type), intent(in) :: wheel, rail
+    type(setup_type), intent(in) :: setup
+    integer, intent(in) :: side            !! 1 left, 2 right
     character(:), allocatable :: key
 
-    key = 'model '//trim(c%model)//' profiles '//wheel%checksum//' '//rail%checksum// &
+    key = 'model '//trim(c%model)//' profiles '//setup%wheel(side)%checksum//' '//setup%rail(side)%checksum// &
       ' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
       ' back_to_back '//str(c%back_to_back)//' radius '//str(c%rolling_radius)//' E '//str(c%youngs_modulus)// &
-      ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)// &
+      ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)//' '//setup%bodies_sum// &
       ' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)//' '//str(c%extent%drop)//' '//str(c%extent%roll)// &
       ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)
   end function table_key

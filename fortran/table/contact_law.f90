@@ -19,7 +19,7 @@ module contact_law
   type :: law_type
     type(side_type) :: side             !! wheel and rail
     character(9) :: model = ''          !! 'strip', 'hertz' or 'halfspace'
-    character(5) :: influence = ''      !! of half-spaces: 'local', 'flat' or 'apart'
+    character(6) :: influence = ''      !! of half-spaces: 'local', 'flat', 'apart' or 'bodies'
     real(dp) :: e_star = 0              !! [Pa]
     type(extent_type) :: extent
     real(dp) :: accuracy = 0            !! error of the force that is asked for, relative to the force

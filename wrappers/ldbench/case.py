@@ -273,6 +273,10 @@ class Case(Variables):
         names = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
         return {name: self.find(str(getattr(self, name))) for name in names if getattr(self, name)}
 
+    def files(self) -> dict[str, str]:
+        """Paths of all files that a run reads, by variable."""
+        return self.profile_files() | ({"bodies": self.find(self.bodies)} if self.influence == "bodies" else {})
+
     def describe(self) -> pd.DataFrame:
         """All variables as a table: value, default, unit, range and meaning by group and name."""
         import pandas as pd
@@ -293,7 +297,7 @@ class Case(Variables):
                 raise AttributeError(str(error)) from None
 
     def __eq__(self, other: object) -> bool:
-        """Whether all values are equal and the names of profiles lead to the same files."""
+        """Whether all values are equal and the names of files lead to the same ones."""
         if not isinstance(other, Case):
             return NotImplemented
         return self.values == other.values and self._places() == other._places()
@@ -302,8 +306,8 @@ class Case(Variables):
         return hash((self.values, *self._places()))
 
     def _places(self) -> list[str]:
-        """The paths of the profiles, links resolved."""
-        return [os.path.realpath(file) for file in self.profile_files().values()]
+        """The paths of the files that are read, links resolved."""
+        return [os.path.realpath(file) for file in self.files().values()]
 
     def _repr_html_(self) -> str:
         """Show the values that differ from the defaults, with units and meanings, in a notebook."""

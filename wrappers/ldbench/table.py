@@ -33,7 +33,7 @@ Wheel = Literal["both", "left", "right"]
 Outside = Literal["raise", "nan"]
 
 WHEELS = "both", "left", "right"
-PROFILES = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right"
+FILES = "wheel_profile", "rail_profile", "wheel_profile_right", "rail_profile_right", "bodies"     # in the order of the core
 CELL = 16           # characters of a number in a file of columns
 
 # What a case may change and keep its contact table. Profiles are compared by their contents.
@@ -314,17 +314,17 @@ def _number(wheel: Wheel) -> int:
 
 
 def core_files(case: Case) -> dict[str, str]:
-    """Paths of the profiles by variable, in files that the core reads."""
-    return {name: core_file(path, name.partition("_")[0]) for name, path in case.profile_files().items()}
+    """Paths of the files that a run reads, by variable, as the core reads them."""
+    return {name: path if name == "bodies" else core_file(path, name.partition("_")[0]) for name, path in case.files().items()}
 
 
 def located(case: Case) -> bytes:
-    """Paths of the case's profiles, as the core takes them."""
+    """Paths of the case's files, as the core takes them."""
     files = core_files(case)
-    paths = [path_bytes(files.get(name, "")) for name in PROFILES]
+    paths = [path_bytes(files.get(name, "")) for name in FILES]
     for path in paths:
         if len(path) > TEXT_LENGTH:
-            raise Error(file=case.label, group="profiles", expected=f"paths of at most {TEXT_LENGTH} characters",
+            raise Error(file=case.label, expected=f"paths of at most {TEXT_LENGTH} characters",
                         found=os.fsdecode(path))
     return b"".join(path.ljust(TEXT_LENGTH) for path in paths)
 

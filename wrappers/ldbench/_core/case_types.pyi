@@ -68,8 +68,10 @@ class Variables:
     contact_restitution: Final[float]
     model: Final[Literal["halfspace", "strip", "hertz"]]
     contact_model: Final[Literal["halfspace", "strip", "hertz"]]
-    influence: Final[Literal["local", "flat", "apart"]]
-    contact_influence: Final[Literal["local", "flat", "apart"]]
+    influence: Final[Literal["local", "flat", "apart", "bodies"]]
+    contact_influence: Final[Literal["local", "flat", "apart", "bodies"]]
+    bodies: Final[str]
+    contact_bodies: Final[str]
     flange_angle: Final[float]
     contact_flange_angle: Final[float]
     stiffness_scale: Final[float]
@@ -182,8 +184,10 @@ class Values(TypedDict, total=False):
     contact_restitution: float
     model: Literal["halfspace", "strip", "hertz"]
     contact_model: Literal["halfspace", "strip", "hertz"]
-    influence: Literal["local", "flat", "apart"]
-    contact_influence: Literal["local", "flat", "apart"]
+    influence: Literal["local", "flat", "apart", "bodies"]
+    contact_influence: Literal["local", "flat", "apart", "bodies"]
+    bodies: str | PathLike[str]
+    contact_bodies: str | PathLike[str]
     flange_angle: float
     contact_flange_angle: float
     stiffness_scale: float

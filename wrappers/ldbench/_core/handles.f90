@@ -8,7 +8,6 @@ module handles
   use curve, only: curve_frame, curve_type
   use errors, only: error_type, refuse
   use kinds, only: dp
-  use profile, only: profile_type
   use progress, only: monitor_type
   use column_files, only: begin_columns, column_file, finish_columns
   use row_sink, only: row_writer
@@ -68,18 +67,19 @@ contains
     this%stop = stop_asked(1) /= 0
   end subroutine report
 
-  !> A case by the paths where its profiles are.
+  !> A case by the paths where its profiles and bodies are.
   type(case_type) function located(c, paths)
     type(case_type), intent(in) :: c
     character(*), intent(in) :: paths          !! text_length characters each
-    character(text_length) :: path(4)
+    character(text_length) :: path(5)
 
-    path = transfer(paths(:4*text_length), path)
+    path = transfer(paths(:5*text_length), path)
     located = c
     located%wheel_profile = path(1)
     located%rail_profile = path(2)
     located%wheel_profile_right = path(3)
     located%rail_profile_right = path(4)
+    located%bodies = path(5)
   end function located
 
   !> The names of profiles as the case has them.
@@ -206,10 +206,13 @@ contains
 
     p%c = c
     associate (found => located(c, paths))
-      call same_profile(found%wheel_profile, from%setup%wheel(1))
-      call same_profile(found%rail_profile, from%setup%rail(1))
-      call same_profile(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), from%setup%wheel(2))
-      call same_profile(merge(found%rail_profile, found%rail_profile_right, found%rail_profile_right == ''), from%setup%rail(2))
+      call same_file(found%wheel_profile, 'profile', from%setup%wheel(1)%checksum)
+      call same_file(found%rail_profile, 'profile', from%setup%rail(1)%checksum)
+      call same_file(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), 'profile', &
+        from%setup%wheel(2)%checksum)
+      call same_file(merge(found%rail_profile, found%rail_profile_right, found%rail_profile_right == ''), 'profile', &
+        from%setup%rail(2)%checksum)
+      if (from%setup%bodies_sum /= '') call same_file(found%bodies, 'file of bodies', from%setup%bodies_sum)
     end associate
     if (allocated(error)) return
     p%setup = from%setup
@@ -218,17 +221,16 @@ contains
 
   contains
 
-    subroutine same_profile(path, old)
-      character(*), intent(in) :: path
-      type(profile_type), intent(in) :: old
+    subroutine same_file(path, what, sum)
+      character(*), intent(in) :: path, what, sum
       type(line_type), allocatable :: lines(:)
 
       if (allocated(error)) return
       call read_lines(trim(path), lines, error)
       if (allocated(error)) return
-      if (checksum(lines) /= old%checksum) call refuse(error, 'the profile of the contact table, CRC-32 '//old%checksum, &
-        checksum(lines), trim(path))
-    end subroutine same_profile
+      if (checksum(lines) /= sum) call refuse(error, 'the '//what//' of the contact table, CRC-32 '//sum, checksum(lines), &
+        trim(path))
+    end subroutine same_file
 
   end subroutine adapt
 

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     case = Case.from_namelist(args.namelist).replace(settings(args.set))
     if args.output:
-        check_written([Path(args.output)], map(Path, (args.namelist, *case.profile_files().values())))
+        check_written([Path(args.output)], map(Path, (args.namelist, *case.files().values())))
     run = compute(case, progress=True)
     table = run.table
     if args.output:

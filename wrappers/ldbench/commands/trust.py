@@ -1,10 +1,10 @@
 """Say how far the answers of a case are to be trusted, and what decides them.
 
 The case runs, and variations of it, one cause at a time: twins, whose starts differ by less than anybody measures; the accuracy
-of the contact table; the influence of half-spaces' places on each other; the smoothing of measured profiles; every input that is
-not zero, raised by 1 % (gauge, back_to_back and gauge_depth by 0.1 mm, as they are known better). For each answer it prints the
-value, the median and the range that the program leaves open, the range with inputs, and the causes in the order of their size.
-Contact tables are kept beside the case's, in the folder .ldbench: a second call takes seconds.
+of the contact table; the influence of half-spaces' places on each other; the bodies' own elasticity; the smoothing of measured
+profiles; every input that is not zero, raised by 1 % (gauge, back_to_back and gauge_depth by 0.1 mm, as they are known better). For
+each answer it prints the value, the median and the range that the program leaves open, the range with inputs, and the causes in the
+order of their size. Contact tables and bodies are kept in the case's table folder: a second call takes seconds.
 
 examples:
   python -m ldbench trust inputs/ex2_aw.nml

@@ -118,10 +118,10 @@ def table_keys() -> Callable[[Case], TableKey]:
         return ""
 
     def key(case: Case) -> TableKey:
-        files = case.profile_files()
+        files = case.files()
         profiles = [contents(files.get(f"{which}{side}", files[which]))
                     for side in ("", "_right") for which in ("wheel_profile", "rail_profile")]
-        return (*(case.values[k] for k in bound_places()), *profiles)
+        return (*(case.values[k] for k in bound_places()), *profiles, contents(files["bodies"]) if "bodies" in files else "")
 
     return key
 

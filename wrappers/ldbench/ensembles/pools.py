@@ -21,7 +21,7 @@ from .._core.optional import needed
 from .._core.pools import AHEAD, as_they_come, in_threads
 from ..case import Case
 from ..runs import compute
-from ..table import PROFILES, ContactTable, core_files
+from ..table import FILES, ContactTable, core_files
 from .members import Group, Member, Record, TableKey, Wanted, run_member
 
 if TYPE_CHECKING:
@@ -130,10 +130,10 @@ class Files(NamedTuple):
     contents: tuple[tuple[str, bytes], ...]
 
     def write(self, folder: str) -> dict[str, str]:
-        """Write all files to a folder; the paths of profiles by variable."""
+        """Write all files to a folder; the paths of those that a run reads, by variable."""
         for name, data in self.contents:
             Path(folder, name).write_bytes(data)
-        return dict.fromkeys(PROFILES, "") | {name: f"{folder}/{name}" for name, _ in self.contents if name in PROFILES}
+        return dict.fromkeys(FILES, "") | {name: f"{folder}/{name}" for name, _ in self.contents if name in FILES}
 
 
 def files_of(case: Case, tables: Iterable[Path] = ()) -> Files:

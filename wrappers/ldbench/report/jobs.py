@@ -40,8 +40,8 @@ class Job:
 
 def sources(case: Case) -> dict[str, str]:
     """Digests of what a run depends on besides the program."""
-    profiles = [Path(file) for file in case.profile_files().values()]
-    return {f"case {case.case_name}": digest(os.fsencode(case.to_namelist()))} | hashes(profiles, Path())
+    files = [Path(file) for file in case.files().values()]
+    return {f"case {case.case_name}": digest(os.fsencode(case.to_namelist()))} | hashes(files, Path())
 
 
 def case_job(case: Case, folder: Path) -> Job:

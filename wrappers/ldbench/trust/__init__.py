@@ -29,14 +29,15 @@ def trust(case: Case | str | os.PathLike[str], *, laws: bool = False, jobs: int 
           progress: Progress | bool | None = None) -> Trust:
     """Say how far the answers of a case are to be trusted: run it, and variations of it, one cause at a time.
 
-    Causes: twins (starts within 3 µm), the table's accuracy, the influence of half-spaces' places on each other, the smoothing of
-    measured profiles, and every input that is not zero, raised by 1 % (gauge, back_to_back and gauge_depth by 0.1 mm); with `laws`
-    the other contact laws. An input whose change leaves every answer as it is, to the last bit, is no cause. Inputs are changed to
-    one side; ranges count them to either side, as small changes are in proportion.
+    Causes: twins (starts within 3 µm), the table's accuracy, the influence of half-spaces' places on each other, the bodies' own
+    elasticity in place of half-spaces (two supports), the smoothing of measured profiles, and every input that is not zero, raised
+    by 1 % (gauge, back_to_back and gauge_depth by 0.1 mm); with `laws` the other contact laws. An input whose change leaves every
+    answer as it is, to the last bit, is no cause. Inputs are changed to one side; ranges count them to either side, as small
+    changes are in proportion.
 
     jobs: threads, all cores by default. A progress function is called as `progress("trust", share)`; True draws a bar on a
-    terminal. Ctrl-C stops the runs. The contact tables of all variations are kept in the case's table folder, so that a second call
-    takes a few seconds. Error where the case itself cannot run; `failed` has the variations that could not.
+    terminal. Ctrl-C stops the runs. Contact tables and bodies of all variations are kept in the case's table folder, so that a
+    second call takes a few seconds. Error where the case itself cannot run; `failed` has the variations that could not.
     """
     from tqdm import tqdm
 

@@ -29,8 +29,7 @@ SHORT = ("t_first_LF", "first_peak_N_LF", "first_duration_LF", "first_impulse_LF
          "farthest_left", "pmax", "F_limit_left", "F_derailment")
 OTHERS = 0.01       # share of the largest change below which causes are summed up
 #: Causes that no variation shows.
-NOT_AMONG = ("the bodies' own elasticity in place of half-spaces (finite elements of others: first peaks of exercises 1 to 4 lower "
-             "by 2 to 26 %)", "friction", "damping", "a flexible track")
+NOT_AMONG = "friction", "damping", "wheelset and track that bend"
 WIDTH = 100         # longest line on the terminal [characters]
 HELD = "\u00a0"     # blank at which no line ends
 
@@ -147,7 +146,7 @@ class Trust:
         found = [f"{self.case}: {self.title}" if self.title else self.case,
                  f"{counted(len(kinds) + 1, 'run')}: the case, {counted(kinds.count('twin'), 'twin')} and "
                  f"{counted(len(kinds) - kinds.count('twin'), 'other variation')}, one cause at a time",
-                 "the program leaves open: case, twins, table accuracy, influence",
+                 "the program leaves open: case, twins, table accuracy, influence, bodies",
                  "with inputs: all variations; inputs are changed to one side, and count to either side of an answer",
                  "that is not chaotic, as if changes were in proportion"]
         for one in self.shown(everything):

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from ..plots.frame import legend_of_page, new_page
 from ..plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE
 from ..results.quantities import PAIRS
-from .answers import Answer, Trust
+from .answers import NOT_AMONG, Answer, Trust
 from .variations import PROGRAM
 
 COLOURS = {**dict.fromkeys(PROGRAM, BLUE), "input": ORANGE, "smoothing": GREEN, "law": PURPLE, "others": GREY}
@@ -22,8 +22,9 @@ COLUMNS, ROWS = 4, 3    # of panels on a page
 REPORTED = {"first_peak_N_LF": "first peak of the left flange", "t_return": "return to the centre"}
 TITLE = "How far to trust an answer"
 CAPTION = ("Each bar: by how much one cause alone changes the answer. Inputs are raised by 1 %, gauge, back_to_back, gauge_depth "
-           "by 0.1 mm. Not among the causes: the bodies' own elasticity, friction, damping, flexible track.\n"
-           "Below each title: the case's value, and the range that the program leaves open by twins, table accuracy and influence. "
+           f"by 0.1 mm. Not among the causes: {', '.join(NOT_AMONG)}.\n"
+           "Below each title: the case's value, and the range that the program leaves open by twins, table accuracy, influence and "
+           "bodies. "
            "A chaotic answer is one sample: its twins, whose starts differ by 3 µm at most, do not share it.")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from .._core.errors import Error
 from ..case import Case, Value, shortest_name, variables
@@ -14,8 +15,9 @@ from ..profiles.profile import ProfileData
 from ..results.twins import TWINS, twin_cases
 
 #: Kinds of variations that leave the data of the case as they are.
-PROGRAM = "twin", "accuracy", "influence"
+PROGRAM = "twin", "accuracy", "influence", "bodies"
 INFLUENCES = "local", "flat", "apart"
+SUPPORTS: tuple[Literal["infinite", "clamped"], ...] = ("infinite", "clamped")     # of bodies
 LAWS = "halfspace", "strip", "hertz"
 #: Factors on &table accuracy, and on the smoothing of measured profiles.
 FACTORS = 0.5, 2.0
@@ -32,7 +34,7 @@ SMOOTHED = re.compile(r"^# taken: .* smoothed by ([\d.]+) mm", re.MULTILINE)
 class Variation:
     """A case that differs in one cause."""
 
-    kind: str               # 'twin', 'accuracy', 'influence', 'law', 'smoothing' or 'input'
+    kind: str               # 'twin', 'accuracy', 'influence', 'bodies', 'law', 'smoothing' or 'input'
     name: str               # of the cause, in words; twins are one cause
     case: Case
     factor: float = 1.0     # on the forces of the run: those of the varied case are larger by it
@@ -41,9 +43,11 @@ class Variation:
 def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], list[str]]:
     """All variations of a case, and what is said of causes that cannot be varied, a line each.
 
-    laws: the other contact laws too. folder: for profiles that are smoothed otherwise; they are read from it while the variations
-    run.
+    laws: the other contact laws too. folder: for profiles that are smoothed otherwise and for bodies; they are read from it while
+    the variations run.
     """
+    from .. import bodies  # SciPy takes longer to import than a short run
+
     name = f"start, within {1e6*max(TWINS):.0f} µm"
     found = [Variation("twin", name, twin) for twin in twin_cases(case)]
     notes: list[str] = []
@@ -53,6 +57,8 @@ def variations(case: Case, laws: bool, folder: Path) -> tuple[list[Variation], l
         if case.model == "halfspace":
             found += [Variation("influence", f"influence {other}", case.replace({"influence": other}))
                       for other in INFLUENCES if other != case.influence]
+            found += [Variation("bodies", f"{support} bodies", case.replace(
+                {"influence": "bodies", "bodies": bodies.kept(case, support, folder)})) for support in SUPPORTS]
         if laws:
             found += [Variation("law", f"law {other}", case.replace({"model": other})) for other in LAWS if other != case.model]
     elif laws:
