@@ -4,7 +4,7 @@
     python docs/measure.py validate     from the files that `make validate` has left in outputs/
     python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
     python docs/measure.py bodies       runs exercises 1 to 4 with the shipped bodies of wheel and rail; a minute
-    python docs/measure.py times        builds both contact tables, runs the ten cases: processor times
+    python docs/measure.py times        solves what exercise 5 needs, runs the ten cases: processor times
     python docs/measure.py              does all of these
 
 A result is stored under a name that ends with the unit of its value. On a page a number is followed by a comment with the

@@ -48,7 +48,7 @@ def keep(source: Path, target: Path, numbers: Numbers) -> None:
 
 @cache
 def table(pair: str, model: str) -> ldbench.ContactTable:
-    """The contact table of a pair of profiles, built once."""
+    """The contact table of a pair of profiles, prepared once."""
     return ldbench.ContactTable(ldbench.Case.exercise(1, pair).replace(table_folder="", model=model))
 
 

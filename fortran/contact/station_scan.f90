@@ -5,7 +5,7 @@ module station_scan
   use wheel_rail_pair, only: pair_type
   implicit none
   private
-  public :: scan_type, new_scan, scan_depth, keep_feet, deepest, touch, set_depth
+  public :: scan_type, new_scan, scan_depth, deepest, touch, set_depth
 
   !> Depths of the wheel's stations in one pose.
   type :: scan_type
@@ -80,21 +80,6 @@ contains
       scan%slope(i) = -(scan%normal(1, i)*t(1) + scan%normal(2, i)*t(2))
     end do
   end subroutine scan_depth
-
-  !> Start a scan of the stations first..last with the feet of another scan.
-  pure subroutine keep_feet(source, first, last, scan)
-    type(scan_type), intent(in) :: source
-    integer, intent(in) :: first, last
-    type(scan_type), intent(inout) :: scan
-
-    scan%centre = source%centre
-    scan%roll = source%roll
-    scan%fresh = source%fresh
-    scan%normal(:, first:last) = source%normal(:, first:last)
-    scan%foot(first:last) = source%foot(first:last)
-    scan%interval(first:last) = source%interval(first:last)
-    scan%rate(first:last) = source%rate(first:last)
-  end subroutine keep_feet
 
   !> Depths [m] of n points inside a rail and the rail's outward normals at their feet.  The foot of a point p is where
   !> p is nearest to the rail's curve r(s): there p - r(s) is normal to the curve.  On entry `foot` and `interval` belong to

@@ -72,7 +72,7 @@ contains
       c%extent, c%accuracy)
   end function law_of
 
-  !> Free the tables that `load_or_build_tables` made.
+  !> Free the tables that `open_tables` made.
   subroutine free_tables(setup)
     type(setup_type), intent(inout) :: setup
 

@@ -14,7 +14,7 @@ module direct_force
   use zone_tables, only: inside, roll_type
   implicit none
   private
-  public :: judge, press_directly, fine_elements
+  public :: judge, fine_elements
 
   ! Grids over half a patch, finer than those of tables, and the solver's tolerance.
   integer, parameter :: elements_x = 6, elements_s = 24

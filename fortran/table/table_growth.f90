@@ -53,26 +53,18 @@ contains
     integer :: i, j, k
 
     associate (c => gap%cell)
-      select case (gap%what)
-      case (gap_of_height)
+      if (gap%what == gap_of_height) then
         call fill_heights(table, gap%zone, c(1), c(2))
-      case (gap_of_energy)
-        do k = c(3), c(3) + 3
-          do j = c(2), c(2) + 3
-            do i = c(1), c(1) + 3
-              call fill_energy(table, gap%zone, i, j, k)
-            end do
+        return
+      end if
+      do k = c(3), c(3) + 3
+        do j = c(2), c(2) + 3
+          do i = c(1), c(1) + 3
+            if (gap%what == gap_of_energy) call fill_energy(table, gap%zone, i, j, k)
+            if (gap%what == gap_of_influence) call fill_influence(table, gap%zone, i, j, k)
           end do
         end do
-      case (gap_of_influence)
-        do k = c(3), c(3) + 3
-          do j = c(2), c(2) + 3
-            do i = c(1), c(1) + 3
-              call fill_influence(table, gap%zone, i, j, k)
-            end do
-          end do
-        end do
-      end select
+      end do
     end associate
   end subroutine fill
 

@@ -50,7 +50,7 @@ class Run(RunData):
 
     @property
     def table(self) -> ContactTable:
-        """The contact table, which serves further runs: run(case.replace(vY=0.2), table=run.table). It is loaded or built
+        """The contact table, which serves further runs: run(case.replace(vY=0.2), table=run.table). It is prepared
         when it is first asked for, where the run comes from a file, from another process, or is a copy."""
         return self._in_core.table
 
@@ -146,7 +146,7 @@ class ComputedRun(Run):
 
     @functools.cached_property
     def table(self) -> ContactTable:
-        """The contact table, loaded or built where it is not at hand."""
+        """The contact table, prepared where it is not at hand."""
         return ContactTable(self.case)
 
     @functools.cached_property

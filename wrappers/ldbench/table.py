@@ -130,7 +130,7 @@ class ContactTable:
         return self
 
     def __reduce__(self) -> tuple[Callable[..., ContactTable], tuple[object, ...]]:
-        """Elsewhere the table is loaded, or built, from its case."""
+        """Elsewhere the table is prepared from its case."""
         return _made_again, (self.case, self._landmarks())
 
     def _landmarks(self) -> tuple[float, ...]:

@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.path import Path
 from scipy.spatial import Delaunay, cKDTree
 
+from ..profiles.smoothing import chord_lengths
+
 GROWTH = 0.3        # of the triangles' size with the distance from the strips: a flange is half a per cent too stiff
 NEAREST = 0.6       # of a point to the outline, of the size there
 ROUNDS = 6          # of smoothing
@@ -24,9 +26,9 @@ class Mesh:
     held: np.ndarray        # nodes that do not move
 
 
-def divided(line: np.ndarray, size: np.ndarray) -> np.ndarray:
+def graded(line: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Points on a line of points, where the arc over the wanted size grows by equal steps."""
-    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    length = chord_lengths(line)
     count = np.concatenate([[0], np.cumsum(np.diff(length)*(1/size[1:] + 1/size[:-1])/2)])
     at = np.interp(np.linspace(0, count[-1], max(2, round(count[-1]) + 1)), count, length)
     return np.column_stack([np.interp(at, length, x) for x in line.T])
@@ -45,7 +47,7 @@ def make_mesh(strips: np.ndarray, rest: np.ndarray, held_between: tuple[int, int
     pieces, held = [strips[:-1]], [np.zeros(len(strips) - 1, bool)]
     for k, (a, b) in enumerate(itertools.pairwise(corners)):
         line = a + np.linspace(0, 1, 400)[:, None]*(b - a)
-        pieces.append(divided(line, wanted(line))[:-1])
+        pieces.append(graded(line, wanted(line))[:-1])
         held.append(np.full(len(pieces[-1]), held_between[0] < k <= held_between[1]))
         held[-1][0] |= held_between[0] < k <= held_between[1] + 1       # the corner at its end does not move either
     border, fixed = np.concatenate(pieces), np.concatenate(held)

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from .._core.errors import Error
+from ..profiles.smoothing import chord_lengths
 
 Kind = Literal["wheel", "rail"]
 Support = Literal["infinite", "clamped"]
@@ -68,7 +69,7 @@ def section(kind: Kind, profile: np.ndarray, support: Support, depth: float, out
 
 def divided(line: np.ndarray) -> np.ndarray:
     """Ends of strips and of their parts on a line of points, in its middle."""
-    along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    along = chord_lengths(line)
     strips = int(along[-1]/WIDTH)
     if strips < PARTS + 1:
         raise Error(expected=f"a profile of at least {1e3*(PARTS + 1)*WIDTH:g} mm", found=f"{1e3*along[-1]:.1f} mm")

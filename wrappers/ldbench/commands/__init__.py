@@ -10,7 +10,7 @@ from types import ModuleType
 #: The commands in the order of the help, and what they do.
 COMMANDS = {
     "run": "run cases and write their column files",
-    "table": "build or load a contact table, write geometry functions",
+    "table": "solve what the contact table of a run needs and keep it, write geometry functions",
     "profile": "look at a wheel or rail profile, or at a pair, before a run",
     "bodies": "compute how wheel and rail as bodies differ from half-spaces",
     "pressure": "show the pressure between wheel and rail at one moment of a run",
