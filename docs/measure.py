@@ -281,10 +281,9 @@ def first_contact(case: Case, table: ContactTable) -> ContactInterval:
 def of_times() -> Values:
     """Processor times [s] of what exercise 5 solves for its table, and of the ten runs with all that solved, without files."""
     tables = {pair: ContactTable(Case.exercise(1, pair).replace(table_folder="")) for pair in PAIRS}
-    seconds = 0.0
-    for case in CASES:
-        own = Case.exercise(int(case[2]), case[-2:]).replace(table_folder="")
-        seconds += ldbench.run(own, table=tables[case[-2:]].for_case(own)).seconds
+    cases = [Case.exercise(int(name[2]), name[-2:]).replace(table_folder="") for name in CASES]
+    for _ in range(2):                  # the first time they solve what they need
+        seconds = sum(ldbench.run(case, table=tables[case.case_name[-2:]].for_case(case)).seconds for case in cases)
     nothing = Case.exercise(5, "aw").replace(table_folder="")
     once, again = ldbench.run(nothing), ldbench.run(nothing, table=tables["aw"].for_case(nothing))
     return {"time.table [s]": once.seconds - again.seconds, "time.runs [s]": seconds}
