@@ -3,21 +3,23 @@
     python docs/yardsticks.py [SIMULATION ...]      as ex2_aw; all ten without a name, in some minutes
 
 The horizon is measured on twins of an exact run, whose start is aside in one coordinate each, and twice: by twins of our
-integrator, and by twins of SciPy's DOP853 on the same forces. The spread is that of half-spaces, Hertz's law and rigid contacts in
-runs of our own.
+integrator, and by twins of SciPy's DOP853 on the same forces. The spread is that of half-spaces, Hertz's law, wheel and rail as
+elastic bodies and rigid contacts in runs of our own.
 """
 from __future__ import annotations
 
 import json
 import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from independent import displacements
-from ldbench import Case, ContactTable
+from ldbench import Case, ContactTable, bodies
 from ldbench.runs import Run, compute
 from ldbench.tools import complete
 from ldbench_round.metrics import scored
@@ -33,6 +35,7 @@ ROWS = 1e-4             # between rows of twins [s]
 STARTS = {"Y": "initial_Y", "Z": "initial_Z", "roll": "initial_roll", "vY": "vY", "vZ": "vZ", "roll_rate": "roll_rate"}
 OTHERS: dict[str, dict[str, Any]] = {
     "hertz": {"model": "hertz", "table_folder": ""},
+    "bodies": {"influence": "bodies"},
     "rigid": {"formulation": "unilateral", "restitution": 1.0}}
 LEAST_SHARE = 0.5       # of the time with the same contacts closed, below which the motion tells no spread
 
@@ -135,11 +138,13 @@ def grown(first: Base, t: np.ndarray, twins: Iterable[np.ndarray]) -> Growth:
     return Growth(t, np.maximum.accumulate(found)/ASIDE)
 
 
-def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable]) -> dict[str, dict[str, float]]:
-    """The relative differences of the other formulations from `first`, by formulation and by the name of the score."""
+def spread(task: Task, horizon: float, first: Run, tables: dict[str, ContactTable], folder: str) -> dict[str, dict[str, float]]:
+    """The relative differences of the other laws and formulations from `first`, by formulation and by the name of the score.
+    folder: for bodies of a case that keeps no tables."""
     found: dict[str, dict[str, float]] = {}
     for name, changes in OTHERS.items():
-        case = first.case.replace(**changes)
+        made = {"bodies": bodies.kept(first.case, "infinite", Path(folder))} if name == "bodies" else {}
+        case = first.case.replace(changes | made)
         other = compute(case, table=tables[name].for_case(case) if name in tables else None)
         tables[name] = other.table
         scores = scored(other, first, task, horizon)
@@ -169,9 +174,10 @@ def measured_yardstick(task: Task, tables: dict[str, ContactTable] | None = None
     tables["elastic"] = first.table
     end = float(first.time[-1])
     whole = end < case.t_end - case.interval
-    return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end),
-                     **spread(task, limit, first, tables), independent=seen, integrators=apart,
-                     earliest=earliest, latest=latest)
+    with tempfile.TemporaryDirectory() as folder:
+        spreads = spread(task, limit, first, tables, folder)
+    return Yardstick(limit, grew.horizon is not None, end if whole else None, grew.until(end), **spreads,
+                     independent=seen, integrators=apart, earliest=earliest, latest=latest)
 
 
 def rounded(yardstick: Yardstick) -> Mapping[str, Any]:
@@ -194,7 +200,7 @@ def main(names: list[str]) -> int:
         seen = "later" if facts["independent"] is None else f"{facts['independent']:g} s"
         print(f"{task.name}: horizon {facts['horizon']:g} s{least}, by DOP853 {seen}, both from one start apart by "
               f"{facts['integrators']:.1e}, run ends {end}, growth until then {facts['growth']:g}, "
-              f"spreads of {len(facts['hertz'])} and {len(facts['rigid'])} numbers", flush=True)
+              f"spreads of {len(facts['hertz'])}, {len(facts['bodies'])} and {len(facts['rigid'])} numbers", flush=True)
     with complete(FILE) as scratch:
         scratch.write_text(json.dumps({task.name: known[task.name] for task in TASKS if task.name in known}, indent=1) + "\n")
     return 0

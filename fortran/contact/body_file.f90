@@ -15,7 +15,7 @@
 !> strips) times (mean of K_0(k d) over both strips)/pi, which a half-space has, with their distance d along the profile. It has no
 !> unit. E* is that of wheel and rail together, E/(2 (1 - nu^2)).
 module body_file
-  use body_influence, only: body_kinds, body_type, new_body
+  use body_influence, only: body_kinds, body_type, new_body, over_halfspace
   use curve, only: curve_point, curve_type
   use errors, only: error_type, refuse
   use kinds, only: dp
@@ -27,6 +27,9 @@ module body_file
   integer, parameter :: most_waves = 1000, fewest_strips = 4, most_strips = 500
   real(dp), parameter :: near = 0.05e-3_dp       ! strips lie so near to their profile [m]
   real(dp), parameter :: same_poisson = 1e-6_dp
+  ! Bounds of the influence of a strip on itself, some millimetres along x, over that of a half-space. The ratio is about 1 on strips
+  ! far from edges, and up to 4 at the edges of shipped bodies. Another sign or E*, or half-spaces not taken off, lie outside.
+  real(dp), parameter :: least_ratio(2) = [0.5_dp, 1.7_dp], largest_ratio = 10
 
   !> A body as a file has it.
   type :: section_type
@@ -57,7 +60,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(cursor_type) :: at
     type(section_type) :: section
-    real(dp) :: first, off, least(2)
+    real(dp) :: first, off, least(2), ratio(2)
     integer :: i, line(2)
     logical :: found(2)
 
@@ -86,6 +89,13 @@ contains
           return
         end if
         bodies = [bodies, new_body(k, first, section%width, section%wave, section%difference)]
+        ratio = over_halfspace(bodies(size(bodies)))
+        if (ratio(1) < least_ratio(1) .or. ratio(1) > least_ratio(2) .or. ratio(2) > largest_ratio) then
+          call refuse(error, 'strips that act on themselves like half-spaces, less than '//str(nint(largest_ratio))// &
+            ' times as much', str(anint(100*ratio(1))/100)//' to '//str(anint(100*ratio(2))/100)//' times as much', file, &
+            section%line, rest='; the head of body_file.f90 tells the sign and what is taken off')
+          return
+        end if
       end associate
     end do
     do i = 1, 2

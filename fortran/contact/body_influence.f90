@@ -12,7 +12,7 @@ module body_influence
   use kinds, only: dp, pi
   implicit none
   private
-  public :: body_type, new_body, add_bodies, displacement_of_bodies
+  public :: body_type, new_body, over_halfspace, add_bodies, displacement_of_bodies
 
   integer, parameter, public :: of_wheel = 1, of_rail = 2
   character(*), parameter, public :: body_kinds(2) = [character(5) :: 'wheel', 'rail']
@@ -60,6 +60,16 @@ contains
       body%g(:, :, j) = matmul(share, of_waves(:, :, j))
     end do
   end function new_body
+
+  !> The influence of strips on themselves over that of half-spaces, where x is one step: the least and the largest.
+  pure function over_halfspace(body) result(ratio)
+    type(body_type), intent(in) :: body
+    real(dp) :: ratio(2), g(size(body%g, 2))
+    integer :: i
+
+    g = [(body%g(2, i, i), i=1, size(g))]
+    ratio = 1 + 2*pi*step_x*[minval(g), maxval(g)]
+  end function over_halfspace
 
   !> Shares of the waves in G(x) = (1/pi) integral of A(k) cos(kx) dk [1/m]. Between two waves A is linear in ln k, below the first
   !> one it is that of the first. It falls to 0 from half the last wave number to that, so that G does not ring.

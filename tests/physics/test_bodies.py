@@ -286,6 +286,11 @@ REFUSED = {
     "another kind": (changed("^body rail", "body axle"), r"line \d+: expected 'body wheel' or 'body rail', found 'body axle'"),
     "too many strips": ("body wheel\npoisson 0.28\nwidth 3\n" + 20_000*"strip 1 1\n", "line 504: expected at most 500 "
                         "strips, found 'strip 1 1'"),
+    "another sign": (re.sub(r"^-?[0-9].*$", lambda row: " ".join(f"{-9*float(x)}" for x in row[0].split()), FILES["aw"].read_text(),
+                            flags=re.M), "line 5: expected strips that act on themselves like half-spaces, less than 10 times as "
+                     r"much, found -\d\S+ to \S+ times as much; the head of"),
+    "half-spaces not taken off": (re.sub(r"^-?[0-9].*$", lambda row: " ".join(f"{float(x) + 0.8}" for x in row[0].split()),
+                                         FILES["aw"].read_text(), flags=re.M), "line 5: expected strips that act on themselves"),
     "nothing": ("# nothing\n", "expected bodies of a wheel or a rail, found none"),
 }
 

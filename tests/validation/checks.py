@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from sheets import Table
 
-SECTIONS = "halfspace", "models", "merged", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", \
+SECTIONS = "halfspace", "models", "merged", "bodies", "linear", "conicity", "parameters", "quasistatic", "derailment", "rigid", \
     "integration", "answers", "pressure", "sensitivity", "unknown", "measured", "stiffness", "manchester"
 # Tests run these, with fewer cases and poses where a section takes `short`.
 TESTED: dict[str, dict[str, bool]] = {

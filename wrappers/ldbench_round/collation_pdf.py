@@ -38,8 +38,8 @@ NUMBER_NOTE = ("beside each number: how far it is from the median of all codes t
 SCORE_NOTE = (
     "difference of the worst quantity of each kind from the reference, up to the horizon; below it the share of time, events or "
     "impacts that was scored; contacts: time with other contacts closed\n"
-    "(rigid): against our own run with rigid contacts; of spread: in units of what Hertz's law or rigid contacts change in our own "
-    "runs; –: collation.csv tells why")
+    "(rigid): against our own run with rigid contacts; of spread: in units of what Hertz's law, bodies or rigid contacts change in "
+    "our own runs; –: collation.csv tells why")
 CURVES_NOTE = (
     "energy: kinetic, of weight and load, and elastic of the treads by Hertz's law, without the work of the lateral force, less "
     "that of the first row; it dips while a flange stores energy\n"

@@ -18,7 +18,7 @@ from ldbench.results.run_data import RunData
 
 from .energies import SUMS, told
 from .jumps import IMPULSES, is_rigid, tells_impulses
-from .own_runs import horizon, yardsticks
+from .own_runs import LAWS, horizon, yardsticks
 from .scores import OVER_TIME, Score, Scores, Unmatched
 from .tasks import Task
 
@@ -43,8 +43,7 @@ def score(run: RunData, reference: RunData, task: Task) -> Scores:
         found = replace(found, scores=kept, unmatched=(),
                         left_out={**found.left_out, "impacts": "the file does not tell the impulses of its rigid contacts"})
     own = yardsticks()[task.name]
-    beside = tuple(replace(one, hertz=own.hertz.get(one.name, np.nan), rigid=own.rigid.get(one.name, np.nan))
-                   for one in found.scores)
+    beside = tuple(replace(one, **{law: getattr(own, law).get(one.name, np.nan) for law in LAWS}) for one in found.scores)
     return replace(found, scores=beside, rigid=(is_rigid(run, task), is_rigid(reference, task)))
 
 

@@ -30,6 +30,10 @@ STEP = 2.5e-5           # [s]
 TOLERANCE = 1e-11       # change of the total energy in a step [J]; the smallest kinetic energy at a start is 8 J
 
 
+#: Laws and formulations that spreads are of: fields of `Yardstick`, and of a score.
+LAWS = "hertz", "bodies", "rigid"
+
+
 @dataclass(frozen=True)
 class Yardstick:
     """What scores of a simulation are measured by."""
@@ -39,6 +43,7 @@ class Yardstick:
     end: float | None           # of our own run [s]; None where it is behind the horizon
     growth: float               # how many times a difference of the start has grown at most until then and the horizon
     hertz: Mapping[str, float]      # relative difference of Hertz's law from half-spaces, by the name of the score
+    bodies: Mapping[str, float]     # the same of wheel and rail as elastic bodies
     rigid: Mapping[str, float]      # relative difference of rigid contacts from half-spaces
     independent: float | None = None    # horizon that another integrator sees [s]; None where the difference does not grow so far
     integrators: float = np.nan     # largest relative difference of both integrators from one start, up to the horizon

@@ -45,6 +45,7 @@ class Score:
     share: float = 1.0          # of the reference that was compared: of its time, or 0 of an event or impact without a partner
     # Relative differences of our own runs from that with half-spaces; NaN where they are not known.
     hertz: float = np.nan       # Hertz's law
+    bodies: float = np.nan      # wheel and rail as elastic bodies of their own
     rigid: float = np.nan       # rigid contacts with restitution 1
     reason: str = ""            # why the difference is NaN, where a round tells it
 
@@ -60,8 +61,9 @@ class Score:
 
     @property
     def of_spread(self) -> float:
-        """The difference in units of the spread of formulations, the larger of `hertz` and `rigid`; NaN where neither is known."""
-        spread = float(np.fmax(self.hertz, self.rigid))
+        """The difference in units of the spread of laws and formulations, the largest of `hertz`, `bodies` and `rigid`; NaN where
+        none is known."""
+        spread = float(np.fmax.reduce([self.hertz, self.bodies, self.rigid]))
         return self.difference/spread if spread > 0 else np.nan
 
     def facts(self) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         variants = results.find_variants(files)
         sources = {
             plotted: [*files, *sampled, compared, kept_file(outputs)], summary: [*files, *sampled],
-            written: [*files, *sampled, compared, Path(abstract.AUTHORS)], shown: [*files, *sampled, *variants]}
+            written: [*files, *sampled, compared, Path(abstract.AUTHORS)], shown: [*files, *sampled, *variants, kept_file(outputs)]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
@@ -80,7 +80,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
 
         work: dict[Path, Callable[[], object]] = {
             summary: lambda: write_summary(runs, summary, twins),
-            shown: lambda: results.results_page(runs, variants, chaotic).write(shown),
+            shown: lambda: results.results_page(runs, variants, chaotic, trusted).write(shown),
             written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed),
             plotted: lambda: None}
         with ExitStack() as stack:

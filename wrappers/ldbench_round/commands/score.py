@@ -3,7 +3,8 @@
 Columns are compared pointwise only while both files have the same contacts closed, events are matched in order, and nothing
 is scored beyond the horizon of the simulation. A grade is the smallest of 1e-3, 1e-2 and 0.1 that is not below the relative
 difference; each kind of quantity has the grade of its worst one. Beside it stand the share that was scored, and the difference
-over the one that Hertz's law, or Hertz's law and rigid contacts, make in our own runs. Without a map the command guesses the
+over that of our own runs: with Hertz's law, and the largest one that Hertz's law, wheel and rail as elastic bodies and rigid
+contacts make. So forces, which depend on the bodies, weigh less than impulses and times. Without a map the command guesses the
 columns of other codes, as `check` does. docs/organiser.md defines every number.
 
 examples:
