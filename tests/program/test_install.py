@@ -51,7 +51,7 @@ COMMANDS = {"meson", "meson-python", "ninja", "pytest-randomly", "pytest-xdist",
 
 def package_name(text: str) -> str:
     """The package of a requirement or of a module."""
-    return {"PIL": "pillow"}.get(text, re.match(r"[\w.-]+", text)[0].lower().replace("_", "-"))
+    return {"PIL": "pillow", "skfem": "scikit-fem"}.get(text, re.match(r"[\w.-]+", text)[0].lower().replace("_", "-"))
 
 
 def imported(*folders: str) -> set[str]:

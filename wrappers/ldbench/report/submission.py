@@ -74,13 +74,14 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         due = [product for product in products if force or not is_up_to_date(product, depends[product])]
         runs = submitted() if due else []
         chaotic = {run.name: spreads(summary_row(run), twins[run.name]) for run in runs}
+        bodies = {one.case: peaks for one in trusted if (peaks := one.range_of("bodies", results.FIRST_PEAK))}
         # Before other processes are forked: a run starts threads of OpenMP.
         fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
                 and (around := first_and_hardest(run))}
 
         work: dict[Path, Callable[[], object]] = {
             summary: lambda: write_summary(runs, summary, twins),
-            shown: lambda: results.results_page(runs, variants, chaotic, trusted).write(shown),
+            shown: lambda: results.results_page(runs, variants, chaotic, bodies).write(shown),
             written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed),
             plotted: lambda: None}
         with ExitStack() as stack:

@@ -134,9 +134,10 @@ class Trust:
                       min(whole, default=np.nan), max(whole, default=np.nan), chaotic, tuple(twins.tolist()),
                       dict(sorted(causes.items(), key=lambda item: -abs(item[1]))))
 
-    def of_kind(self, kind: str, name: str) -> list[float]:
-        """The values of an answer, SI, in the variations of a kind."""
-        return [x for (own, _), x in zip(self.variations, self.values[name][1:], strict=True) if own == kind]
+    def range_of(self, kind: str, name: str) -> tuple[float, float] | None:
+        """The least and the largest value of an answer, SI, in the variations of a kind; None where it does not happen in any."""
+        own = finite([x for (of, _), x in zip(self.variations, self.values[name][1:], strict=True) if of == kind])
+        return (min(own), max(own)) if own else None
 
     def shown(self, everything: bool = False) -> list[Answer]:
         """The answers of the short list that happen in the case or in a twin; or all."""

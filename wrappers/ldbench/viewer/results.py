@@ -1,11 +1,9 @@
 """The ten results as one page: a summary whose numbers open their moments, and every run one click away."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ..geometry.pressures import FLANGES
 from ..results.answers import answers
@@ -14,7 +12,6 @@ from ..results.quantities import OUTCOME
 from ..results.run_data import RunData, read_data
 from ..results.summary import CHAOTIC_NOTE, SUMMARY, shown, summary_row
 from ..results.twins import Chaotic
-from ..trust import Trust
 from .page import Page, make_page, number
 
 FIRST_PEAK = "first_peak_N_LF"
@@ -33,16 +30,16 @@ def find_variants(files: Sequence[Path]) -> list[Path]:
 
 
 def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic: Chaotic | None = None,
-                 trusted: Sequence[Trust] = ()) -> Page:
+                 bodies: Mapping[str, tuple[float, float]] | None = None) -> Page:
     """All runs, the first one shown; `variants` can be laid over the case that they are named after.
-    `chaotic` results have ranges. `trusted` has the first peaks with the bodies' own elasticity."""
+    `chaotic` results have ranges. bodies: range of the first peak [N] with the bodies' own elasticity, by the name of the run."""
     others = [read_data(file).named(file.stem) for file in variants]
     rows = {run: summary_row(run) for run in runs}
     summary = [{"words": OUTCOME[key].label, "cells": [number_cell(run, row, key, chaotic or {}) for run, row in rows.items()]}
                for key in SUMMARY]
     at = SUMMARY.index(FIRST_PEAK) + 1
     summary[at:at] = [{"words": f"{OUTCOME[FIRST_PEAK].label}, wheel and rail as bodies", "cells": [
-        cell(run, of_bodies(run, trusted), moment(run, FIRST_PEAK)) for run in runs]}] if trusted else []
+        cell(run, of_bodies(run, bodies), moment(run, FIRST_PEAK)) for run in runs]}] if bodies else []
     if others:
         summary.append({"words": "side by side with", "cells": [cell_beside(run, others) for run in runs]})
     return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "", beside=others,
@@ -60,12 +57,9 @@ def number_cell(run: RunData, row: dict[str, Any], key: str, chaotic: Chaotic) -
     return cell(run, text, None if text == "–" else moment(run, key))
 
 
-def of_bodies(run: RunData, trusted: Sequence[Trust]) -> str:
+def of_bodies(run: RunData, bodies: Mapping[str, tuple[float, float]]) -> str:
     """The range of a run's first peak with the bodies' own elasticity."""
-    found = [one.of_kind("bodies", FIRST_PEAK) for one in trusted if one.case == run.name]
-    known = [x for some in found for x in some if np.isfinite(x)]
-    quantity = OUTCOME[FIRST_PEAK]
-    return f"{quantity.text(min(known))} to {quantity.text(max(known))}" if known else "–"
+    return " to ".join(OUTCOME[FIRST_PEAK].text(peak) for peak in bodies[run.name]) if run.name in bodies else "–"
 
 
 def cell_beside(run: RunData, others: Sequence[RunData]) -> dict[str, object]:
