@@ -16,7 +16,7 @@ module rigid_steps
   use constraint_forces, only: close_gaps, closing_forces, couplings, most_closed, solve_independent, stop_gaps, tangent
   use contact_zones, only: side_type
   use gap_functions, only: accept_depth, contacts_type, find_gap, gap_type
-  use impacts, only: resolve_contacts, set_forces, still, touching
+  use impacts, only: resolve_contacts, set_forces, still
   use kinds, only: dp
   use motion_state, only: motion_type
   use integrators, only: energy_change, energy_rounding
@@ -51,6 +51,7 @@ module rigid_steps
     type(gap_type), allocatable :: c(:)
     logical, allocatable :: closed(:)  !! which of them
     logical :: bilateral = .false.
+    integer :: zones = 0               !! number of zones of both wheels
     integer :: evaluations = 0         !! number of evaluations of the contacts so far
     real(dp) :: error = 0, excess = 0  !! as in `rigid_state` [J]
     real(dp), allocatable :: half_force(:)   !! forces half way (bilateral) [N]
@@ -87,7 +88,7 @@ contains
       moved = abs(motion%q - contacts%searched)
       if (contacts%stale .or. norm2(moved(:2)) + moved(3) > search_distance) call search_rivals(side, motion%q, closed, contacts)
       call accept_depth(contacts%c, closed)
-      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral, excess=state%excess)
+      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral, contacts%n, excess=state%excess)
       to = from
       h = dt
       do halved = 0, rule%halvings
@@ -98,20 +99,24 @@ contains
         h = h/2
       end do
       if (to%ended) then
+        ! No step is made: what the last step struck is not struck again.
+        motion%contact%struck = .false.
+        dt = 0
         evaluations = to%evaluations
         status = path_ends
         return
       end if
       call find_event(side, w, from, dt, to, event, merged)
+      if (contacts%points > 2) call find_newcomers(side, w, dt, from, contacts, to, event, merged)
 
       dt = to%h
       evaluations = to%evaluations
       motion = to%motion
+      ! A jump of the energy may come from another point of a wheel.
+      contacts%stale = halved > 0 .or. merged .or. contacts%points > 2
       contacts%c = to%c
       state%error = to%error
       state%excess = to%excess
-      ! A jump of the energy may come from another point of a wheel.
-      contacts%stale = halved > 0 .or. merged
       motion%contact%struck = .false.
       if (event == 0) then
         call set_forces(w, contacts%c, closed, motion)
@@ -131,6 +136,63 @@ contains
       end if
     end associate
   end subroutine advance_contacts
+
+  !> Beside an edge a point may come up that was not known at the start of the step.  Where a search at the end of the step
+  !> finds it inside the rail, the step is repeated with that point.
+  subroutine find_newcomers(side, w, dt, from, contacts, to, event, merged)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: dt                     !! the longest step [s]
+    type(state_type), intent(inout) :: from        !! start of the step
+    type(contacts_type), intent(inout) :: contacts !! on return those of a search at the end of the step
+    type(state_type), intent(inout) :: to          !! end of the step
+    integer, intent(inout) :: event                !! of `find_event`
+    logical, intent(inout) :: merged
+    integer, parameter :: most_trials = 8
+    integer :: trial, i, slot
+    logical :: any_new
+
+    do trial = 1, most_trials
+      contacts%c = to%c
+      call search_rivals(side, to%motion%q, to%closed, contacts)
+      any_new = .false.
+      do i = 1, size(contacts%c)
+        associate (c => contacts%c(i))
+          if (to%closed(i) .or. c%absent .or. c%gap > -c%touching) cycle
+          if (any(same_point(c, to%c))) cycle
+          slot = maxloc(from%c%gap, 1, mask=.not. from%closed .and. from%c%wheel == c%wheel .and. from%c%first == c%first)
+          if (slot == 0) cycle
+          from%c(slot) = c
+          call find_gap(side, from%motion%q, from%c(slot))
+          ! At the start it may be one with a known point.
+          if (any(same_point(from%c(slot), from%c) .and. from%closed)) from%c(slot)%gap = 0
+          call start_at(c, from%c(slot))
+          any_new = .true.
+        end associate
+      end do
+      if (.not. any_new .or. to%h <= 0) exit
+      call move(side, w, from, to%h, to)
+      call find_event(side, w, from, dt, to, event, merged)
+    end do
+  end subroutine find_newcomers
+
+  !> Whether two points of a wheel are the same.
+  elemental logical function same_point(a, b)
+    type(gap_type), intent(in) :: a, b
+
+    same_point = .not. (a%absent .or. b%absent) .and. a%wheel == b%wheel .and. abs(a%s - b%s) <= a%apart
+  end function same_point
+
+  !> Let the search for the nearest points of contact c begin at those of another contact.
+  pure subroutine start_at(other, c)
+    type(gap_type), intent(in) :: other
+    type(gap_type), intent(inout) :: c
+
+    c%s = other%s
+    c%at_wheel = other%at_wheel
+    c%foot = other%foot
+    c%at_rail = other%at_rail
+  end subroutine start_at
 
   !> Let contact k of a wheel, whose gap has just closed, take the place of the wheel's closed contact.  In this corner of the
   !> path on both rails the velocity turns to where the old contact opens and keeps its length in the kinetic metric, which is
@@ -165,7 +227,7 @@ contains
   subroutine find_event(side, w, from, dt, to, event, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
-    type(state_type), intent(in) :: from   !! start of the step
+    type(state_type), intent(inout) :: from   !! start of the step
     real(dp), intent(in) :: dt             !! the longest step [s]
     type(state_type), intent(inout) :: to  !! end of the step
     integer, intent(out) :: event
@@ -266,7 +328,29 @@ contains
   end function may_open
 
   !> Cut the step to the instant at which contact k closes, if it is open, or at which its force vanishes.
+  !>
+  !> Beside an edge the nearest point may come up, apart from where it was, and close within a step.  It is then found when it is
+  !> inside the rail, and followed back to where it closes.
   subroutine locate_event(side, w, from, dt, k, to, merged)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(inout) :: from
+    real(dp), intent(in) :: dt             !! the longest step [s]
+    integer, intent(in) :: k
+    type(state_type), intent(inout) :: to
+    logical, intent(inout) :: merged       !! instead, the contact's point has come together with a rival
+    integer, parameter :: most_trials = 4
+    integer :: trial
+
+    do trial = 1, most_trials
+      call bracket_event(side, w, from, dt, k, to, merged)
+      if (to%closed(k) .or. merged .or. to%h <= 0 .or. to%c(k)%gap > -to%c(k)%touching) exit
+      call start_at(to%c(k), from%c(k))
+    end do
+  end subroutine locate_event
+
+  !> Find the instant at which contact k closes or its force vanishes; where its gap jumps, the instant after the jump.
+  subroutine bracket_event(side, w, from, dt, k, to, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(state_type), intent(in) :: from
@@ -288,9 +372,9 @@ contains
     else
       ! The zero of gap/time is wanted: a gap that opens at the start has no zero there.
       first = gap_rate(from, k)
-      if (from%c(k)%gap > touching) first = max(first, from%c(k)%gap/h)
+      if (from%c(k)%gap > from%c(k)%touching) first = max(first, from%c(k)%gap/h)
       last = to%c(k)%gap/h
-      if (from%c(k)%gap <= touching .and. abs(gap_rate(from, k)) <= still) then
+      if (from%c(k)%gap <= from%c(k)%touching .and. abs(gap_rate(from, k)) <= still) then
         ! A contact that has just been released, at rest but for rounding, closes again only after it has opened.
         low = h
         do iter = 1, 50
@@ -324,7 +408,8 @@ contains
       end if
       call range%narrow(x, f)
     end do
-  end subroutine locate_event
+    if (.not. (merged .or. to%closed(k)) .and. to%c(k)%gap > to%c(k)%touching) call move(side, w, from, range%b, to)
+  end subroutine bracket_event
 
   !> The state after the time h with the same contacts closed, and all gaps there.  `to` starts as a copy of `from`.
   subroutine move(side, w, from, h, to)
@@ -363,7 +448,7 @@ contains
     do i = 1, size(to%c)
       if (.not. to%closed(i)) call find_gap(side, to%motion%q, to%c(i))
     end do
-    call drop_merged_rivals(to%closed, to%c)
+    call drop_merged_rivals(to%zones, to%closed, to%c)
     to%evaluations = to%evaluations + 1
   end subroutine move
 
