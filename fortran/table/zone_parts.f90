@@ -289,7 +289,7 @@ contains
     real(dp), intent(in) :: gradient(3)
     real(dp), intent(out) :: share, flange(3)
     real(dp) :: sums(4, 2), part(2), total(2), turn(2), x(2), density(0:rows), low, missing
-    real(dp) :: moment(2), tread(3)
+    real(dp) :: moment(2)
     integer :: i, j
 
     ! The load per length at the ends of the rows: where two rows meet, the harmonic mean, so that nothing acts beyond the last row.
@@ -305,9 +305,9 @@ contains
       part(2) = load(j)*ds - part(1)
       do i = 1, 2
         if (part(i) <= 0) cycle
-        ! The middle of the part of the row, on the wheel's tangent.
         x = row(j)%x
-        if (part(3 - i) > 0) x = x + row(j)%along*(border + merge(low, low + ds, i == 1) - 2*row(j)%s)/2
+        ! The load acts in the middle of the part of the row.
+        if (part(3 - i) > 0) x = x + ((border + merge(low, low + ds, i == 1))/2 - row(j)%s)*row(j)%along
         associate (n => row(j)%normal)
           sums(:, i) = sums(:, i) + part(i)*[n, x(1)*n(2) - x(2)*n(1), x(1)*n(1) + x(2)*n(2)]
         end associate
@@ -320,9 +320,6 @@ contains
     moment = turn(1)*sums(3, :) + turn(2)*sums(4, :)
     missing = -gradient(3) - sum(moment)
     flange = -[turn(1)*sums(1, 1) - turn(2)*sums(2, 1), turn(1)*sums(2, 1) + turn(2)*sums(1, 1), moment(1) + share*missing]
-    ! Rounded so that both parts add up to the zone's gradient bit by bit.
-    tread = gradient - flange
-    flange = gradient - tread
   end subroutine share_out
 
   !> The share of a row's load on its first part t, with the load per length a at its start and b at its end relative to the mean.
