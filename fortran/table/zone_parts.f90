@@ -30,7 +30,8 @@ module zone_parts
     real(dp) :: normal(2) = 0           !! of the wheel there, into the rail's direction, wheelset frame
   end type border_type
 
-  integer, parameter :: rows = 24
+  ! Rows of loads on either side of the border, which lies between two of them, so that a part grows from nothing.
+  integer, parameter :: on_flange = 12, on_tread = 16, rows = on_flange + on_tread
   real(dp), parameter :: stride = 0.3e-3_dp   ! between the points at which the ends of the overlap are looked for [m]
   ! Between two places of one zone that carry the bodies are at most this far apart [m]: zones are cut where they would be farther.
   real(dp), parameter :: near = 0.1e-3_dp
@@ -72,7 +73,7 @@ contains
     real(dp), intent(in) :: gradient(3) !! of the zone [N, N, N m]
     real(dp), intent(out) :: share, flange(3)
     type(look_type) :: at, row(rows)
-    real(dp) :: load(rows), ends(2), force(2), ds
+    real(dp) :: load(rows), ds(rows), ends(2), force(2), s
     logical :: carries(2)
     integer :: j
 
@@ -97,21 +98,34 @@ contains
         flange = share*gradient
         return
       end if
-      ds = (ends(2) - ends(1))/rows
+      ds(on_flange:1:-1) = (border%s - ends(1))*lengths(on_flange)
+      ds(on_flange + 1:) = (ends(2) - border%s)*lengths(on_tread)
+      s = ends(1)
       do j = 1, rows
-        call look(pair, pose, lowered, ends(1) + (j - 0.5_dp)*ds, at)
+        call look(pair, pose, lowered, s + ds(j)/2, at)
         row(j) = at
+        s = s + ds(j)
       end do
       if (law%model == 'strip') then
         do j = 1, rows
-          load(j) = max(row(j)%depth, 0.0_dp)*modulus_near(pair, row(j)%s, law%e_star, pose(3))
+          load(j) = ds(j)*max(row(j)%depth, 0.0_dp)*modulus_near(pair, row(j)%s, law%e_star, pose(3))
         end do
       else
         call press_rows(row, ds, load)
       end if
-      call share_out(row, ds, load, border%s, gradient, share, flange)
+      call share_out(row, load, gradient, share, flange)
     end associate
   end subroutine part_zone
+
+  !> Lengths of n rows from the border outwards, which add up to 1.
+  pure function lengths(n)
+    integer, intent(in) :: n
+    real(dp) :: lengths(n)
+    real(dp), parameter :: power = 1.5_dp   ! rows are shorter near the border
+    integer :: i
+
+    lengths = [((real(i, dp)/n)**power - (real(i - 1, dp)/n)**power, i=1, n)]
+  end function lengths
 
   !> Look at the point of the wheel at a station; the point of an earlier look is a guess.
   pure subroutine look(pair, pose, lowered, s, at)
@@ -178,10 +192,10 @@ contains
     end do
   end subroutine find_end
 
-  !> Line loads of the rows, but for a common factor.
+  !> Loads of the rows, but for a common factor.
   pure subroutine press_rows(row, ds, load)
     type(look_type), intent(in) :: row(rows)
-    real(dp), intent(in) :: ds          !! length of a row [m]
+    real(dp), intent(in) :: ds(rows)    !! lengths [m]
     real(dp), intent(out) :: load(rows)
     real(dp), parameter :: least = 0.05_dp   ! of the largest overlap: rows beyond the overlap have a width too
     real(dp) :: K(rows, rows), half(rows), far, w, deepest
@@ -194,20 +208,28 @@ contains
     do j = 1, rows
       do i = 1, j
         w = (half(i) + half(j))/2
-        far = (j - i)*ds
-        K(i, j) = dot_product(row(i)%along, row(j)%along)*(reach(far + ds/2, w) - reach(far - ds/2, w))/w
+        far = row(j)%s - row(i)%s
+        ! The mean displacement of each by an even load on the other one, nearly.
+        K(i, j) = dot_product(row(i)%along, row(j)%along)*(mean_reach(far, ds(i), w) + mean_reach(far, ds(j), w))/(2*w)
         K(j, i) = K(i, j)
       end do
     end do
     call solve_rows(K, row%depth/deepest, load)
   end subroutine press_rows
 
-  !> Integral of asinh(w/|x|) from 0 to x.
+  !> Integral of asinh(w/|x|) from 0 to x, which is not 0.
   pure real(dp) function reach(x, w)
     real(dp), intent(in) :: x, w
 
     reach = x*asinh(w/abs(x)) + w*asinh(x/w)
   end function reach
+
+  !> Mean of asinh(w/|x|) over a length about x.
+  pure real(dp) function mean_reach(x, length, w)
+    real(dp), intent(in) :: x, length, w
+
+    mean_reach = (reach(x + length/2, w) - reach(x - length/2, w))/length
+  end function mean_reach
 
   !> Solve q >= 0, K q >= g, q.(K q - g) = 0 by a change of all rows that have the wrong sign at once and, if that does not end, of
   !> the last such row alone (K. G. Murty, Linear complementarity, linear and nonlinear programming, 1988).
@@ -282,36 +304,20 @@ contains
 
   !> Share out the gradient of a zone by the loads of the rows. The loads act along the rail's normals. Their resultants are turned
   !> and scaled together onto the force of the table, so that both parts keep their place, and their sum is the zone's.
-  pure subroutine share_out(row, ds, load, border, gradient, share, flange)
+  pure subroutine share_out(row, load, gradient, share, flange)
     type(look_type), intent(in) :: row(rows)
-    real(dp), intent(in) :: ds, load(rows)
-    real(dp), intent(in) :: border      !! station [m]
+    real(dp), intent(in) :: load(rows)
     real(dp), intent(in) :: gradient(3)
     real(dp), intent(out) :: share, flange(3)
-    real(dp) :: sums(4, 2), part(2), total(2), turn(2), x(2), density(0:rows), low, missing
-    real(dp) :: moment(2)
-    integer :: i, j
+    real(dp) :: sums(4, 2), total(2), turn(2), moment(2), missing
+    integer :: j, part
 
-    ! The load per length at the ends of the rows: where two rows meet, the harmonic mean, so that nothing acts beyond the last row.
-    density = 0
-    do j = 1, rows - 1
-      if (min(load(j), load(j + 1)) > 0) density(j) = 2*load(j)*load(j + 1)/(load(j) + load(j + 1))
-    end do
     sums = 0
     do j = 1, rows
-      if (load(j) <= 0) cycle
-      low = row(j)%s - ds/2
-      part(1) = load(j)*ds*filled((border - low)/ds, density(j - 1)/load(j), density(j)/load(j))
-      part(2) = load(j)*ds - part(1)
-      do i = 1, 2
-        if (part(i) <= 0) cycle
-        x = row(j)%x
-        ! The load acts in the middle of the part of the row.
-        if (part(3 - i) > 0) x = x + ((border + merge(low, low + ds, i == 1))/2 - row(j)%s)*row(j)%along
-        associate (n => row(j)%normal)
-          sums(:, i) = sums(:, i) + part(i)*[n, x(1)*n(2) - x(2)*n(1), x(1)*n(1) + x(2)*n(2)]
-        end associate
-      end do
+      part = merge(1, 2, j <= on_flange)
+      associate (n => row(j)%normal, x => row(j)%x)
+        sums(:, part) = sums(:, part) + load(j)*[n, x(1)*n(2) - x(2)*n(1), x(1)*n(1) + x(2)*n(2)]
+      end associate
     end do
     share = norm2(sums(:2, 1))/(norm2(sums(:2, 1)) + norm2(sums(:2, 2)))
     total = sums(:2, 1) + sums(:2, 2)
@@ -321,14 +327,5 @@ contains
     missing = -gradient(3) - sum(moment)
     flange = -[turn(1)*sums(1, 1) - turn(2)*sums(2, 1), turn(1)*sums(2, 1) + turn(2)*sums(1, 1), moment(1) + share*missing]
   end subroutine share_out
-
-  !> The share of a row's load on its first part t, with the load per length a at its start and b at its end relative to the mean.
-  pure real(dp) function filled(t, a, b)
-    real(dp), intent(in) :: t, a, b
-    real(dp) :: x
-
-    x = max(0.0_dp, min(t, 1.0_dp))
-    filled = x*(a + x*(3 - 2*a - b + x*(a + b - 2)))
-  end function filled
 
 end module zone_parts
