@@ -92,7 +92,7 @@ contains
         if (z%energy <= 0) cycle
         force%total = force%total + z%gradient
         if (with_hessian) force%hessian = force%hessian + z%hessian
-        call add_parts(t, pose, z, force)
+        call add_parts(t, pose, roll, z, force)
       end associate
     end do
   end subroutine wheel_potential
@@ -122,27 +122,28 @@ contains
   end subroutine find_zones_touching
 
   !> Add a zone to tread and flange.
-  pure subroutine add_parts(t, pose, z, force)
+  pure subroutine add_parts(t, pose, roll, z, force)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll
     type(touching_type), intent(in) :: z
     type(wheel_force), intent(inout) :: force
-    real(dp) :: share, flange(3)
+    real(dp) :: share, parts(3, 2)
 
+    parts = 0
     associate (zone => t%law%side%zones(z%zone), s => t%law%side%pair%s)
       if (s(zone%first) >= t%border%s) then
         share = 0
-        flange = 0
+        parts(:, 1) = z%gradient
       else if (s(zone%last) <= t%border%s .or. z%u > t%zones(z%zone)%tip) then
         share = 1
-        flange = z%gradient
+        parts(:, 2) = z%gradient
       else
-        call part_zone(t%law, t%border, zone%first, zone%last, pose, z%shift, z%gradient, share, flange)
+        call part_zone(t%law, t%border, zone%first, zone%last, pose(:2), roll, z%p - z%shift, z%shift, z%gradient, share, parts)
       end if
     end associate
     force%energy = force%energy + [1 - share, share]*z%energy
-    force%gradient(:, 1) = force%gradient(:, 1) + (z%gradient - flange)
-    force%gradient(:, 2) = force%gradient(:, 2) + flange
+    force%gradient = force%gradient + parts
     force%shared = force%shared .or. (share > 0 .and. share < 1)
   end subroutine add_parts
 
