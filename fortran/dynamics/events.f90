@@ -5,7 +5,8 @@
 !> wheelset moves outwards, and the lateral force does not draw it inwards. From there the crown pushes the flange
 !> outwards, and the tread of the other wheel rolls down its cone (tried by section `derailment` of `make validate`).
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
-!> inside. This is a separate event, after which the run goes on.
+!> inside. This is a separate event, after which the run goes on. A wheelset may also overturn about a rail with its flange
+!> beside it, and leave what the contact table covers before its flange is over the rail: then it has derailed there.
 !>
 !> A flange met its rail when a contact closes on it, or when a patch of the tread moves over the border onto it; the event says
 !> which. The wheelset has turned back on a side when its lateral velocity changes from outwards to inwards there.
@@ -23,7 +24,7 @@ module events
   use wheelset, only: closed, contact_state, external_force, flanges, outwards, right_tread, treads, wheelset_type
   implicit none
   private
-  public :: event_log, event_type, moment_type, watch, event_kinds, elastic_kinds, causes, impact, kept, never
+  public :: event_log, event_type, moment_type, watch, note_overturning, event_kinds, elastic_kinds, causes, impact, kept, never
 
   character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
@@ -151,8 +152,6 @@ contains
   contains
     !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
     subroutine watch_flange_tips()
-      integer :: other                            ! side
-
       do k = 1, 2
         if (measure(gauge, k, new%q) > 0 .and. measure(gauge, k, old%q) <= 0) &
           call record_with_row(log, w, event_type(over_rail(k), when(gauge, k)))
@@ -160,13 +159,7 @@ contains
       if (log%derailed%t < never) return
       do k = 1, 2
         if (measure(crown, k, new%q) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*lateral_force(w, new%t) < 0) cycle
-        log%derailed = event_type(derailment, when(crown, k))
-        log%derailed%force = lateral_force(w, log%derailed%t)
-        call record_with_row(log, w, log%derailed)
-        other = merge(2, 1, k == 1)
-        if (any(is_closed([treads(other), flanges(other)]))) cycle
-        log%unloaded = event_type(lift_off(other), log%lifted(other))
-        log%unloaded%force = lateral_force(w, log%unloaded%t)
+        call note_derailment(log, w, k, when(crown, k), is_closed)
       end do
     end subroutine watch_flange_tips
 
@@ -221,6 +214,50 @@ contains
     end function measure
 
   end subroutine watch
+
+  !> Record the derailment of a wheelset that overturns, at the end of what the table covers. It overturns over one rail if the
+  !> other wheel is off its rail with its flange's tip above the rail, the resultant of weight and lateral force passes outside
+  !> the rail, and the wheelset moves and rolls outwards.
+  subroutine note_overturning(log, w, motion, side)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: motion
+    type(side_type), intent(in) :: side(2)
+    real(dp) :: tip(2, 2), force(3)
+    logical :: is_closed(4)
+    integer :: k, other
+
+    if (log%derailed%t < never) return
+    tip = flange_tips(motion%q, side)
+    force = external_force(w, motion%t)
+    is_closed = closed(motion%contact)
+    do k = 1, 2
+      other = 3 - k
+      if (any(is_closed([treads(other), flanges(other)])) .or. tip(2, other) <= 0) cycle
+      if (min(outwards(k)*motion%v(1), -outwards(k)*motion%v(3)) <= 0) cycle
+      if (outwards(k)*(motion%q(1) - motion%q(2)*force(1)/force(2)) <= side(k)%pair%gauge_face) cycle
+      call note_derailment(log, w, k, motion%t, is_closed)
+      return
+    end do
+  end subroutine note_overturning
+
+  !> The wheelset derails over the rail of side k.
+  subroutine note_derailment(log, w, k, t, is_closed)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: k                !! 1 left, 2 right
+    real(dp), intent(in) :: t               !! [s]
+    logical, intent(in) :: is_closed(4)     !! contacts at the end of the step
+    integer :: other
+
+    log%derailed = event_type(derailment, t)
+    log%derailed%force = lateral_force(w, t)
+    call record_with_row(log, w, log%derailed)
+    other = 3 - k
+    if (any(is_closed([treads(other), flanges(other)]))) return
+    log%unloaded = event_type(lift_off(other), log%lifted(other))
+    log%unloaded%force = lateral_force(w, log%unloaded%t)
+  end subroutine note_derailment
 
   subroutine note_lift_off(log, w, k, t)
     type(event_log), intent(inout) :: log

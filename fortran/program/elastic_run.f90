@@ -4,7 +4,7 @@ module elastic_run
   use rigid_geometry, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll, unsettled
   use errors, only: append_advice, error_type, refuse
-  use events, only: moment_type, never
+  use events, only: moment_type, never, note_overturning
   use kinds, only: dp
   use motion_state, only: motion_type
   use cut_steps, only: cut_step, cutting_type, short_step, step_watcher
@@ -76,8 +76,11 @@ contains
       run%missed = run%missed + watcher%missed
       run%evaluations = run%evaluations + watcher%evaluations
       if (status == step_ok .or. allocated(error)) return
-      ! A wheelset that has derailed leaves the table, which ends the run.
-      run%gone = run%log%derailed%t < never .and. any(status == [outside_lateral, outside_roll, outside_depth])
+      ! A wheelset that has derailed, or that overturns, leaves the table, which ends the run.
+      if (any(status == [outside_lateral, outside_roll, outside_depth])) then
+        call note_overturning(run%log, monitor%setup%wheelset, motion, monitor%setup%side)
+        run%gone = run%log%derailed%t < never
+      end if
       if (.not. run%gone) call report_failure(monitor, motion, run%step, status, error)
     end associate
   end subroutine elastic_step
