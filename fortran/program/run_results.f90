@@ -379,7 +379,7 @@ contains
       words = 'return to the centre after both flanges'
       if (.not. all(run%log%flanged)) words = 'return to the centre, turned back below both flanges'
       if (run%log%flanged(1) .neqv. run%log%flanged(2)) &
-        words(40:) = merge('the right flange', 'the left flange ', run%log%flanged(1))
+        words(index(words, 'both'):) = merge('the right flange', 'the left flange ', run%log%flanged(1))
     else
       words = 't_end'
       if (c%stop_at /= 't_end') words = 't_end, '//trim(c%stop_at)//' not reached'
