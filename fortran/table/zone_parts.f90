@@ -91,27 +91,19 @@ contains
       at%foot = border%foot
       at%rail_interval = near_interval(pair%rail, at%foot)
       call look(pair, centre, roll, lowered, border%s, at)
-      ! The side to which the force points carries. Where the border is off the rail it carries alone.
+      ! All loads are on the side to which the force points, unless the other side may carry, too.
       angle = atan2(gradient(1), -gradient(2)) - roll%angle
-      carries = [angle > border%angle, angle <= border%angle]
-      if (at%depth > -near) then
-        zone_end = pair%s(merge(last, first, carries(1)))
-        if (law%model == 'strip') then
-          carries = .true.
-        else if (may_carry(pair, centre, roll, lowered, at, zone_end, wheel_station(pair, angle), &
-          norm2(gradient(:2))/(pi*law%e_star), depth)) then
-          carries = .true.
-        end if
-        if (all(carries)) then
-          call find_end(pair, centre, roll, lowered, at, pair%s(first), ends(1), carries(1))
-          call find_end(pair, centre, roll, lowered, at, pair%s(last), ends(2), carries(2))
-        end if
+      share = merge(1, 0, angle > border%angle)
+      parts = reshape([(1 - share)*gradient, share*gradient], [3, 2])
+      if (at%depth < -near) return
+      if (law%model /= 'strip') then
+        zone_end = pair%s(merge(last, first, angle > border%angle))
+        if (.not. may_carry(pair, centre, roll, lowered, at, zone_end, wheel_station(pair, angle), &
+          norm2(gradient(:2))/(pi*law%e_star), depth)) return
       end if
-      if (.not. all(carries)) then
-        share = merge(1, 0, carries(1))
-        parts = reshape([(1 - share)*gradient, share*gradient], [3, 2])
-        return
-      end if
+      call find_end(pair, centre, roll, lowered, at, pair%s(first), ends(1), carries(1))
+      call find_end(pair, centre, roll, lowered, at, pair%s(last), ends(2), carries(2))
+      if (.not. all(carries)) return
       ds(on_flange:1:-1) = (border%s - ends(1))*lengths(on_flange)
       ds(on_flange + 1:) = (ends(2) - border%s)*lengths(on_tread)
       s = ends(1)
@@ -127,7 +119,7 @@ contains
       else
         call press_rows(row, ds, load)
       end if
-      call share_out(row, load, gradient, share, parts)
+      if (any(load > 0)) call share_out(row, load, gradient, share, parts)
     end associate
   end subroutine part_zone
 
@@ -252,7 +244,9 @@ contains
     real(dp) :: K(rows, rows), half(rows), w, far, deepest
     integer :: i, j
 
+    load = 0
     deepest = maxval(row%depth)
+    if (deepest <= 0) return
     do j = 1, rows
       half(j) = sqrt(row(j)%radius*max(row(j)%depth, least*deepest)/max(row(j)%along(1), least_cosine))
     end do
@@ -355,9 +349,9 @@ contains
     type(look_type), intent(in) :: row(rows)
     real(dp), intent(in) :: load(rows)
     real(dp), intent(in) :: gradient(3)
-    real(dp), intent(out) :: share
-    real(dp), intent(out) :: parts(3, 2)   !! of tread and flange
-    real(dp) :: sums(4, 2), size(2), total(2), turn(2), moment(2), missing
+    real(dp), intent(inout) :: share
+    real(dp), intent(inout) :: parts(3, 2)   !! of tread and flange
+    real(dp) :: sums(4, 2), amount(2), total(2), turn(2), moment(2), missing
     integer :: j, part
 
     sums = 0
@@ -367,8 +361,8 @@ contains
         sums(:, part) = sums(:, part) + load(j)*[n, x(1)*n(2) - x(2)*n(1), x(1)*n(1) + x(2)*n(2)]
       end associate
     end do
-    size = [norm2(sums(:2, 1)), norm2(sums(:2, 2))]/(norm2(sums(:2, 1)) + norm2(sums(:2, 2)))
-    share = size(2)
+    amount = [norm2(sums(:2, 1)), norm2(sums(:2, 2))]/(norm2(sums(:2, 1)) + norm2(sums(:2, 2)))
+    share = amount(2)
     total = sums(:2, 1) + sums(:2, 2)
     ! The force of the table is minus the gradient; turn = force/total as complex numbers.
     turn = -[gradient(1)*total(1) + gradient(2)*total(2), gradient(2)*total(1) - gradient(1)*total(2)]/sum(total**2)
@@ -376,7 +370,7 @@ contains
     missing = -gradient(3) - sum(moment)
     do part = 1, 2
       parts(:, part) = -[turn(1)*sums(1, part) - turn(2)*sums(2, part), turn(1)*sums(2, part) + turn(2)*sums(1, part), &
-        moment(part) + size(part)*missing]
+        moment(part) + amount(part)*missing]
     end do
   end subroutine share_out
 
