@@ -44,6 +44,8 @@ module events
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp    !! from the centre, before a passage counts [m]
 
+  integer, parameter :: centre = 1, gauge = 2, crown = 3    ! measures of the pose
+
   real(dp), parameter :: never = huge(1.0_dp)
 
   type :: event_type
@@ -91,8 +93,6 @@ contains
     type(motion_type), intent(in) :: old, new
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp), parameter :: apart = 2e-9_dp  ! times closer than this are one [s]
-    integer, parameter :: centre = 1, gauge = 2, crown = 3   ! measures of the pose
-    real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
     real(dp) :: dt
     real(dp) :: time(4)                     ! at which contacts changed [s]
     type(contact_state) :: state(2)         ! of each wheel when its flange's contact closed
@@ -153,12 +153,12 @@ contains
     !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
     subroutine watch_flange_tips()
       do k = 1, 2
-        if (measure(gauge, k, new%q) > 0 .and. measure(gauge, k, old%q) <= 0) &
+        if (measure(gauge, k, new%q, side) > 0 .and. measure(gauge, k, old%q, side) <= 0) &
           call record_with_row(log, w, event_type(over_rail(k), when(gauge, k)))
       end do
       if (log%derailed%t < never) return
       do k = 1, 2
-        if (measure(crown, k, new%q) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*lateral_force(w, new%t) < 0) cycle
+        if (measure(crown, k, new%q, side) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*lateral_force(w, new%t) < 0) cycle
         call note_derailment(log, w, k, when(crown, k), is_closed)
       end do
     end subroutine watch_flange_tips
@@ -186,32 +186,19 @@ contains
       real(dp) :: u, x
       integer :: iter
 
-      range = bracket_type(0.0_dp, measure(what, k, old%q), 1.0_dp, measure(what, k, new%q))
+      range = bracket_type(0.0_dp, measure(what, k, old%q, side), 1.0_dp, measure(what, k, new%q, side))
       u = range%guess()
       if (range%fa*range%fb > 0) u = 0
       if (elastic .and. range%fa*range%fb < 0) then
         do iter = 1, 60
           u = range%guess()
-          x = measure(what, k, pose_between(old, new, u))
+          x = measure(what, k, pose_between(old, new, u), side)
           if (abs(x) <= 0 .or. abs(range%b - range%a) <= close) exit
           call range%narrow(u, x)
         end do
       end if
       t = old%t + u*dt
     end function when
-
-    !> How far the wheelset is to the left of the centre, a flange over the rail, or its tip outside the crown [m].
-    real(dp) function measure(what, k, q)
-      integer, intent(in) :: what, k
-      real(dp), intent(in) :: q(3)
-      real(dp) :: tip(2, 2)
-
-      measure = q(1)
-      if (what == centre) return
-      tip = flange_tips(q, side)
-      measure = tip(1, k) - side(k)%pair%crown
-      if (what == gauge) measure = min(tip(2, k) + shoulder, tip(1, k) - side(k)%pair%gauge_face)
-    end function measure
 
   end subroutine watch
 
@@ -350,6 +337,22 @@ contains
     log%n_moments = log%n_moments + 1
     log%moments(log%n_moments) = moment
   end subroutine add_moment
+
+  !> How far the wheelset is to the left of the centre, the flange of side k over the rail, or its tip outside the crown [m].
+  pure real(dp) function measure(what, k, q, side)
+    integer, intent(in) :: what             !! centre, gauge or crown
+    integer, intent(in) :: k                !! 1 left, 2 right
+    real(dp), intent(in) :: q(3)
+    type(side_type), intent(in) :: side(2)
+    real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
+    real(dp) :: tip(2, 2)
+
+    measure = q(1)
+    if (what == centre) return
+    tip = flange_tips(q, side)
+    measure = tip(1, k) - side(k)%pair%crown
+    if (what == gauge) measure = min(tip(2, k) + shoulder, tip(1, k) - side(k)%pair%gauge_face)
+  end function measure
 
   !> Positions of the flanges' tips: outwards from the track's centre and upwards from top of rail [m], by side.
   pure function flange_tips(q, side) result(tip)
