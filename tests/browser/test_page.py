@@ -112,7 +112,8 @@ def test_every_number_of_the_page(page: Browser, world: World):
                lambda w, m, c=contact: (raw.peak(c)[1], 1e-3*raw.peak(c)[0]), often=True)
           for words, contact in CONTACTS.items())]
     rows = [result.words for result in RESULTS.values()] + [words for both in PRESSED.values() for words in both]
-    labels = [CRC, *(rf"^{re.escape(words)} .*$" for words in (*rows, *COLUMNS)),      # the tests of both tables
+    labels = [CRC, r"wheel and rail as bodies .*$",         # variations of the case, of which its rows know nothing
+              *(rf"^{re.escape(words)} .*$" for words in (*rows, *COLUMNS)),      # the tests of both tables
               r"of 8 twins|up to 3 µm|than 0\.1 %",
               r"^(?:displacement|roll|gap) ×(?:\n\d+)+$", r"^speed(?:\n1:\d+)+$", r"^Exercise \d"]
     assert differing(text, lines, world, labels) == []
