@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from pathlib import Path
 
@@ -171,11 +172,14 @@ def test_summary_page(world: World):
 def test_table_of_the_results_page(world: World):
     """The page of all runs has the numbers of the summary, each with the moment that a click opens."""
     rows = {row["words"]: row["cells"] for row in facts(world.outputs/"ldbench_results.html")["summary"]}
-    # Ranges of variations, of which the rows of the run know nothing.
-    for cell in rows.pop("peak N, first contact, left flange [kN], wheel and rail as bodies", []):
-        if cell["text"] != "–":
-            low, high = map(float, cell["text"].split(" to "))
-            assert 0 < low <= high
+    # What the report has kept of the variations of the cases that end with a return.
+    kept = {one["case"]: one for one in json.loads(next(world.outputs.rglob("trust.json")).read_text())}
+    for cell, name in zip(rows.pop("peak N, first contact, left flange [kN], wheel and rail as bodies"), NAMES, strict=True):
+        told = kept.get(name, {"variations": []})
+        peaks = [1e-3*peak for one, peak in zip(told["variations"], told["answers"]["first_peak_N_LF"]["values"], strict=True)
+                 if one["kind"] == "bodies"] if told["variations"] else []
+        assert len(peaks) == 2*(name in kept) and (cell["text"] == "–") == (not peaks)
+        assert not peaks or [float(x) for x in cell["text"].split(" to ")] == pytest.approx([min(peaks), max(peaks)], rel=1e-3)
     lines = []
     for words, row in rows.items():
         parts = [re.fullmatch(r"(\S+)(?: \((\S+) to ([^\s,]+).*\))?", cell["text"]) for cell in row]

@@ -39,8 +39,8 @@ POISSON = 0.28
 EDGE = 0.12                             # of the quarter-space that carries strips, from its edge on [m]
 EDGE_BAR = 1e-2                         # measured 3.7e-3, between neighbours at the edge and the shortest waves
 # Between two strips, measured 4.9e-3; on one strip, where the load is as narrow as a tetrahedron, 1.5e-2.
-APART_BAR, SAME_BAR = 1e-2, 2e-2
-TOLD = 0.1                              # smallest influence that is compared, of the largest
+APART_BAR, SAME_BAR = 5e-3, 2e-2
+TOLD = 0.03                             # smallest influence that is compared, of the largest
 FILES = {"infinite": "profiles/{}.bodies", "clamped": "profiles/{}_clamped.bodies"}
 DIRECT = [(2, "aw", "infinite"), (2, "aw", "clamped"), (2, "sw", "infinite"), (4, "aw", "infinite")]
 ANGLES = [(5, 65), (20, 65), (45, 65), (60, 45), (60, 20), (60, 5)]        # between whose places influence is told [degrees]

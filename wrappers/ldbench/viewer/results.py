@@ -37,9 +37,10 @@ def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic
     rows = {run: summary_row(run) for run in runs}
     summary = [{"words": OUTCOME[key].label, "cells": [number_cell(run, row, key, chaotic or {}) for run, row in rows.items()]}
                for key in SUMMARY]
-    at = SUMMARY.index(FIRST_PEAK) + 1
-    summary[at:at] = [{"words": f"{OUTCOME[FIRST_PEAK].label}, wheel and rail as bodies", "cells": [
-        cell(run, of_bodies(run, bodies), moment(run, FIRST_PEAK)) for run in runs]}] if bodies else []
+    if bodies:
+        summary.insert(SUMMARY.index(FIRST_PEAK) + 1, {
+            "words": f"{OUTCOME[FIRST_PEAK].label}, wheel and rail as bodies",
+            "cells": [cell(run, of_bodies(run, bodies), moment(run, FIRST_PEAK)) for run in runs]})
     if others:
         summary.append({"words": "side by side with", "cells": [cell_beside(run, others) for run in runs]})
     return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "", beside=others,
