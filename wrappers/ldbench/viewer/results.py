@@ -40,7 +40,7 @@ def results_page(runs: Sequence[RunData], variants: Sequence[Path] = (), chaotic
     if bodies:
         summary.insert(SUMMARY.index(FIRST_PEAK) + 1, {
             "words": f"{OUTCOME[FIRST_PEAK].label}, wheel and rail as bodies",
-            "cells": [cell(run, of_bodies(run, bodies), moment(run, FIRST_PEAK)) for run in runs]})
+            "cells": [cell(run, of_bodies(run, bodies), None) for run in runs]})        # no moment of these runs
     if others:
         summary.append({"words": "side by side with", "cells": [cell_beside(run, others) for run in runs]})
     return make_page([*runs, *others], TITLE, shown=1, summary=summary, note=CHAOTIC_NOTE if chaotic else "", beside=others,
