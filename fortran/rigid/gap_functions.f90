@@ -10,20 +10,24 @@
 !> convex positive) and from the wheel's curvature.  The accelerations of closed contacts need them.
 module gap_functions
   use contact_zones, only: is_flange, side_type
-  use curve, only: curve_point, near_interval
+  use curve, only: curve_point, curve_type, near_interval
   use kinds, only: dp
   use station_scan, only: deepest, new_scan, scan_depth, scan_type
-  use wheel_rail_pair, only: mirror, rolled
+  use wheel_rail_pair, only: mirror, pair_type, rail_curvature, rolled
   use wheelset, only: flanges, left_tread, treads
   implicit none
   private
   public :: gap_type, contacts_type, new_contacts, search_stations, find_gap, accept_depth, clear_point, tightest
+  public :: is_short, stride
+
+  real(dp), parameter :: stride = 2.5e-5_dp    !! shorter pieces of a curve, between two knots, may hold an edge [m]
 
   !> The point of a zone that is nearest to the rail, and the gap there.
   type :: gap_type
     integer :: wheel = 1                 !! 1 left, 2 right
     integer :: contact = left_tread      !! name under which it is reported: left_tread to right_flange
     integer :: first = 0, last = 0       !! the zone's first and last station on the wheel
+    real(dp) :: apart = 3e-5_dp          !! two points of the zone that are closer together are one [m]
     real(dp) :: s = 0, foot = 0          !! arc lengths of the nearest points on wheel and rail [m]
     integer :: at_wheel = 1, at_rail = 1 !! knot intervals of s and foot
     real(dp) :: gap = 0                  !! distance along the rail's normal, over `lowest` [m]
@@ -35,10 +39,11 @@ module gap_functions
     logical :: absent = .false.          !! a rival point that the zone does not have
   end type gap_type
 
-  !> The contacts of the left wheel, then of the right wheel, then their rivals (see `rival_points`).
+  !> The contacts of the left wheel, then of the right wheel, then as often their rivals (see `rival_points`).
   type :: contacts_type
     integer :: n = 0                     !! number of zones of both wheels, without rivals
-    type(gap_type), allocatable :: c(:)  !! (2 n)
+    integer :: points = 2                !! points of every zone, with its rivals
+    type(gap_type), allocatable :: c(:)  !! (points*n)
     type(scan_type) :: scan(2)           !! workspace of a search, left and right
     real(dp) :: searched(3) = 0          !! pose of the last search
     logical :: stale = .true.            !! a new search is due wherever the wheelset is
@@ -46,27 +51,76 @@ module gap_functions
 
 contains
 
-  !> Contacts of two sides, before any search, with room for a second point of every zone.
+  !> Contacts of two sides, before any search, with room for the rivals of every zone.
+  !>
+  !> An edge is a short piece of a curve, or several, with much of its turn.  Beside it a curve through points is hollow, so
+  !> that a zone with edges may have several points that are nearer to the rail than their neighbours.
   function new_contacts(side) result(contacts)
     type(side_type), intent(in) :: side(:)    !! left, right
     type(contacts_type) :: contacts
-    integer :: wheel, k
+    integer, parameter :: most_points = 8     ! of a zone with edges
+    real(dp), parameter :: resolved = 1e-7_dp ! least distance of two points beside an edge [m]
+    integer :: wheel
 
-    contacts%n = size(side(1)%zones) + size(side(2)%zones)
-    allocate (contacts%c(contacts%n))
+    allocate (contacts%c(0))
     do wheel = 1, 2
       contacts%scan(wheel) = new_scan(side(wheel)%pair)
-      do k = 1, size(side(wheel)%zones)
-        associate (c => contacts%c((wheel - 1)*size(side(1)%zones) + k), zone => side(wheel)%zones(k))
-          c%wheel = wheel
-          c%first = zone%first
-          c%last = zone%last
-        end associate
-      end do
+      call add_stretches(side(wheel), wheel, contacts%c)
+      associate (pair => side(wheel)%pair)
+        if (.not. (any_short(pair%wheel) .or. any_short(pair%rail))) cycle
+        contacts%points = most_points
+        where (contacts%c%wheel == wheel) contacts%c%apart = resolved
+      end associate
     end do
-    contacts%c = [contacts%c, contacts%c]
+    contacts%n = size(contacts%c)
+    contacts%c = reshape(spread(contacts%c, 2, contacts%points), [contacts%points*contacts%n])
     call clear_point(contacts%c(contacts%n + 1:))
   end function new_contacts
+
+  !> Add the contacts of a wheel: one for each of its zones, or for several that a contact can roll through.
+  pure subroutine add_stretches(side, wheel, c)
+    type(side_type), intent(in) :: side
+    integer, intent(in) :: wheel              !! 1 left, 2 right
+    type(gap_type), allocatable, intent(inout) :: c(:)
+    integer :: k
+
+    do k = 1, size(side%zones)
+      associate (zone => side%zones(k))
+        if (k > 1) then
+          if (is_passable(side%pair, zone%last)) then
+            c(size(c))%first = zone%first
+            cycle
+          end if
+        end if
+        c = [c, gap_type(wheel=wheel, first=zone%first, last=zone%last)]
+      end associate
+    end do
+  end subroutine add_stretches
+
+  !> Whether a station of the wheel where two zones meet can touch: wheel and rail are together convex there.
+  pure logical function is_passable(pair, station)
+    type(pair_type), intent(in) :: pair
+    integer, intent(in) :: station
+
+    is_passable = pair%curvature(station) + rail_curvature(pair, pair%angle(station)) > 0
+  end function is_passable
+
+  !> Whether interval i of a curve is so short that it may hold an edge.
+  pure logical function is_short(c, i)
+    type(curve_type), intent(in) :: c
+    integer, intent(in) :: i
+
+    is_short = .false.
+    if (i > 0 .and. i < c%n) is_short = c%s(i + 1) - c%s(i) < stride
+  end function is_short
+
+  !> Whether a curve has an interval that may hold an edge.
+  pure logical function any_short(c)
+    type(curve_type), intent(in) :: c
+    integer :: i
+
+    any_short = any([(is_short(c, i), i=1, c%n - 1)])
+  end function any_short
 
   !> Find the nearest point of every zone at the pose q: first among the stations of the wheel, then exactly.
   subroutine search_stations(side, q, contacts)
@@ -109,7 +163,7 @@ contains
     real(dp), parameter :: close = 1e-9_dp     ! the last step [m]: Newton's method squares the error once more
     integer, parameter :: patience = 12        ! number of steps in which Newton's method converges if it does
     real(dp), dimension(2) :: r, r1, r2, x, x1, x2, f, f1, f2, e, t, n
-    real(dp) :: pose(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, limit, last_step, &
+    real(dp) :: pose(3), along, across, a12, a21, a22, det, unit, curved, sharp, ds, df, before, limit, most, last_step, &
       ends(2), spin(3), shear(3)
     integer :: iter, i
 
@@ -160,8 +214,9 @@ contains
       end if
       ! Newton's steps may alternate for ever over a jump of curvature: a step back is at most half of the last one.
       if (iter > patience .and. ds*before < 0) limit = min(limit, abs(before)/2)
-      if (limit < longest .and. abs(ds) > limit) df = -(along + dot_product(x1, f1)*sign(limit, ds))/a12
-      ds = max(-limit, min(ds, limit))
+      most = min(limit, longest_step(side(c%wheel)%pair%wheel, c%at_wheel), longest_step(side(c%wheel)%pair%rail, c%at_rail))
+      if (most < longest .and. abs(ds) > most) df = -(along + dot_product(x1, f1)*sign(most, ds))/a12
+      ds = max(-most, min(ds, most))
       before = ds
       df = max(-longest, min(df, longest))
       if ((c%s <= ends(1) .and. ds < 0) .or. (c%s >= ends(2) .and. ds > 0)) then
@@ -197,6 +252,15 @@ contains
       end do
     end if
   end subroutine find_gap
+
+  !> The longest step of Newton's method in interval i of a curve [m]: beside an edge the step must not pass it.
+  pure real(dp) function longest_step(c, i)
+    type(curve_type), intent(in) :: c
+    integer, intent(in) :: i
+
+    longest_step = huge(longest_step)
+    if (is_short(c, i)) longest_step = 2*(c%s(i + 1) - c%s(i))
+  end function longest_step
 
   !> Let an open contact that has come inside the rail stay as deep. Where wheel and rail conform, the nearest point jumps by a
   !> millimetre, to one that was found too late and is up to some 0.1 um inside; to move the wheelset out would be work.

@@ -51,6 +51,7 @@ module rigid_steps
     type(gap_type), allocatable :: c(:)
     logical, allocatable :: closed(:)  !! which of them
     logical :: bilateral = .false.
+    integer :: zones = 0               !! number of zones of both wheels
     integer :: evaluations = 0         !! number of evaluations of the contacts so far
     real(dp) :: error = 0, excess = 0  !! as in `rigid_state` [J]
     real(dp), allocatable :: half_force(:)   !! forces half way (bilateral) [N]
@@ -87,7 +88,7 @@ contains
       moved = abs(motion%q - contacts%searched)
       if (contacts%stale .or. norm2(moved(:2)) + moved(3) > search_distance) call search_rivals(side, motion%q, closed, contacts)
       call accept_depth(contacts%c, closed)
-      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral, excess=state%excess)
+      from = state_type(0.0_dp, motion, contacts%c, closed, rule%bilateral, contacts%n, excess=state%excess)
       to = from
       h = dt
       do halved = 0, rule%halvings
@@ -363,7 +364,7 @@ contains
     do i = 1, size(to%c)
       if (.not. to%closed(i)) call find_gap(side, to%motion%q, to%c(i))
     end do
-    call drop_merged_rivals(to%closed, to%c)
+    call drop_merged_rivals(to%zones, to%closed, to%c)
     to%evaluations = to%evaluations + 1
   end subroutine move
 
