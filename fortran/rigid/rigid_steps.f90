@@ -112,7 +112,7 @@ contains
       state%error = to%error
       state%excess = to%excess
       ! A jump of the energy may come from another point of a wheel.
-      contacts%stale = halved > 0 .or. merged
+      contacts%stale = halved > 0 .or. merged .or. contacts%points > 2
       motion%contact%struck = .false.
       if (event == 0) then
         call set_forces(w, contacts%c, closed, motion)
