@@ -104,15 +104,16 @@ contains
         return
       end if
       call find_event(side, w, from, dt, to, event, merged)
+      if (contacts%points > 2) call find_newcomers(side, w, dt, from, contacts, to, event, merged)
 
       dt = to%h
       evaluations = to%evaluations
       motion = to%motion
+      ! A jump of the energy may come from another point of a wheel.
+      contacts%stale = halved > 0 .or. merged .or. contacts%points > 2
       contacts%c = to%c
       state%error = to%error
       state%excess = to%excess
-      ! A jump of the energy may come from another point of a wheel.
-      contacts%stale = halved > 0 .or. merged .or. contacts%points > 2
       motion%contact%struck = .false.
       if (event == 0) then
         call set_forces(w, contacts%c, closed, motion)
@@ -132,6 +133,63 @@ contains
       end if
     end associate
   end subroutine advance_contacts
+
+  !> Beside an edge a point may come up that was not known at the start of the step.  Where a search at the end of the step
+  !> finds it inside the rail, the step is repeated with that point.
+  subroutine find_newcomers(side, w, dt, from, contacts, to, event, merged)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: dt                     !! the longest step [s]
+    type(state_type), intent(inout) :: from        !! start of the step
+    type(contacts_type), intent(inout) :: contacts !! on return those of a search at the end of the step
+    type(state_type), intent(inout) :: to          !! end of the step
+    integer, intent(inout) :: event                !! of `find_event`
+    logical, intent(inout) :: merged
+    integer, parameter :: most_trials = 8
+    integer :: trial, i, slot
+    logical :: any_new
+
+    do trial = 1, most_trials
+      contacts%c = to%c
+      call search_rivals(side, to%motion%q, to%closed, contacts)
+      any_new = .false.
+      do i = 1, size(contacts%c)
+        associate (c => contacts%c(i))
+          if (to%closed(i) .or. c%absent .or. c%gap > -touching) cycle
+          if (any(same_point(c, to%c))) cycle
+          slot = maxloc(from%c%gap, 1, mask=.not. from%closed .and. from%c%wheel == c%wheel .and. from%c%first == c%first)
+          if (slot == 0) cycle
+          from%c(slot) = c
+          call find_gap(side, from%motion%q, from%c(slot))
+          ! At the start it may be one with a known point.
+          if (any(same_point(from%c(slot), from%c) .and. from%closed)) from%c(slot)%gap = 0
+          call start_at(c, from%c(slot))
+          any_new = .true.
+        end associate
+      end do
+      if (.not. any_new .or. to%h <= 0) exit
+      call move(side, w, from, to%h, to)
+      call find_event(side, w, from, dt, to, event, merged)
+    end do
+  end subroutine find_newcomers
+
+  !> Whether two points of a wheel are the same.
+  elemental logical function same_point(a, b)
+    type(gap_type), intent(in) :: a, b
+
+    same_point = .not. (a%absent .or. b%absent) .and. a%wheel == b%wheel .and. abs(a%s - b%s) <= a%apart
+  end function same_point
+
+  !> Let the search for the nearest points of contact c begin at those of another contact.
+  pure subroutine start_at(other, c)
+    type(gap_type), intent(in) :: other
+    type(gap_type), intent(inout) :: c
+
+    c%s = other%s
+    c%at_wheel = other%at_wheel
+    c%foot = other%foot
+    c%at_rail = other%at_rail
+  end subroutine start_at
 
   !> Let contact k of a wheel, whose gap has just closed, take the place of the wheel's closed contact.  In this corner of the
   !> path on both rails the velocity turns to where the old contact opens and keeps its length in the kinetic metric, which is
@@ -166,7 +224,7 @@ contains
   subroutine find_event(side, w, from, dt, to, event, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
-    type(state_type), intent(in) :: from   !! start of the step
+    type(state_type), intent(inout) :: from   !! start of the step
     real(dp), intent(in) :: dt             !! the longest step [s]
     type(state_type), intent(inout) :: to  !! end of the step
     integer, intent(out) :: event
@@ -267,7 +325,29 @@ contains
   end function may_open
 
   !> Cut the step to the instant at which contact k closes, if it is open, or at which its force vanishes.
+  !>
+  !> Beside an edge the nearest point may come up, apart from where it was, and close within a step.  It is then found when it is
+  !> inside the rail, and followed back to where it closes.
   subroutine locate_event(side, w, from, dt, k, to, merged)
+    type(side_type), intent(in) :: side(:)
+    type(wheelset_type), intent(in) :: w
+    type(state_type), intent(inout) :: from
+    real(dp), intent(in) :: dt             !! the longest step [s]
+    integer, intent(in) :: k
+    type(state_type), intent(inout) :: to
+    logical, intent(inout) :: merged       !! instead, the contact's point has come together with a rival
+    integer, parameter :: most_trials = 4
+    integer :: trial
+
+    do trial = 1, most_trials
+      call bracket_event(side, w, from, dt, k, to, merged)
+      if (to%closed(k) .or. merged .or. to%h <= 0 .or. to%c(k)%gap > -touching) exit
+      call start_at(to%c(k), from%c(k))
+    end do
+  end subroutine locate_event
+
+  !> Find the instant at which contact k closes or its force vanishes; where its gap jumps, the instant after the jump.
+  subroutine bracket_event(side, w, from, dt, k, to, merged)
     type(side_type), intent(in) :: side(:)
     type(wheelset_type), intent(in) :: w
     type(state_type), intent(in) :: from
@@ -325,7 +405,8 @@ contains
       end if
       call range%narrow(x, f)
     end do
-  end subroutine locate_event
+    if (.not. (merged .or. to%closed(k)) .and. to%c(k)%gap > touching) call move(side, w, from, range%b, to)
+  end subroutine bracket_event
 
   !> The state after the time h with the same contacts closed, and all gaps there.  `to` starts as a copy of `from`.
   subroutine move(side, w, from, h, to)

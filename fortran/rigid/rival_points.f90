@@ -97,8 +97,8 @@ contains
     subroutine search_beside(pair, c)
       type(pair_type), intent(in) :: pair
       type(gap_type), intent(in) :: c
-      type(gap_type) :: p, lower
-      real(dp) :: ends(2), slope, before, s
+      type(gap_type) :: p, last, middle
+      real(dp) :: ends(2), slope, before, between, bend, bend_before, ignored, s
       integer :: i, way
 
       ends = pair%s([c%first, c%last])
@@ -106,9 +106,13 @@ contains
         p = c
         p%lowest = 0
         slope = 0
+        bend = 0
+        if (room > 1) call find_slope(pair, pose, p, slope, bend)
         i = 1
         do
           before = slope
+          bend_before = bend
+          last = p
           s = c%s + way*i*stride
           if (abs(s - c%s) > 1.01_dp*reach) exit
           i = i + 1
@@ -118,15 +122,27 @@ contains
           end if
           p%s = s
           if (p%s <= ends(1) .or. p%s >= ends(2)) exit
-          call find_slope(pair, pose, p, slope)
-          if (way*before < 0 .and. way*slope >= 0) then
-            lower = p
-            call find_gap(side, q, lower)
-            call add_lower(lower, near)
-          end if
+          call find_slope(pair, pose, p, slope, bend)
+          if (way*before < 0 .and. way*slope >= 0) call add_near(p)
+          ! The slope may change its sign twice between both stations: it is then least or largest there.
+          if (room == 1 .or. before*slope <= 0 .or. bend_before*bend >= 0 .or. way*before*bend < 0) cycle
+          middle = last
+          middle%s = last%s + (p%s - last%s)*bend_before/(bend_before - bend)
+          call find_slope(pair, pose, middle, between, ignored)
+          if (before*between < 0) call add_near(middle)
         end do
       end do
     end subroutine search_beside
+
+    !> Put the point that is found from a start on the list.
+    subroutine add_near(start)
+      type(gap_type), intent(in) :: start
+      type(gap_type) :: x
+
+      x = start
+      call find_gap(side, q, x)
+      call add_lower(x, near)
+    end subroutine add_near
 
     !> Put the point x on the list if its gap is below `most` and lower than the last one's.
     subroutine add_lower(x, most)
@@ -179,14 +195,16 @@ contains
     if (is_short(c, k - 1) .or. is_short(c, k)) to_knot = abs(c%s(k) - s)
   end function to_knot
 
-  !> Growth of the distance from the rail along the wheel at the point p%s; p%foot becomes the nearest point of the rail.
-  pure subroutine find_slope(pair, pose, p, slope)
+  !> Growth of the distance from the rail along the wheel at the point p%s, and the growth of that; p%foot becomes the nearest
+  !> point of the rail.
+  pure subroutine find_slope(pair, pose, p, slope, bend)
     type(pair_type), intent(in) :: pair
     real(dp), intent(in) :: pose(3)        !! y, z [m], roll [rad]; mirrored for the right wheel
     type(gap_type), intent(inout) :: p
     real(dp), intent(out) :: slope
+    real(dp), intent(out) :: bend          !! [1/m]
     real(dp), dimension(2) :: r, r1, r2, e, f, f1, f2
-    real(dp) :: step
+    real(dp) :: step, unit
     integer :: iter
 
     call curve_point(pair%wheel, p%s, p%at_wheel, r, r1, r2)
@@ -199,6 +217,9 @@ contains
     end do
     r1 = rolled(r1, pose(3))
     slope = (f1(1)*r1(2) - f1(2)*r1(1))/norm2(f1)
+    r2 = rolled(r2, pose(3))
+    unit = 1/norm2(f1)
+    bend = (f1(2)*f2(1) - f1(1)*f2(2))*dot_product(f1, r1)**2*unit**5 + (f1(1)*r2(2) - f1(2)*r2(1))*unit
   end subroutine find_slope
 
   !> Drop one of two points of a zone that have come together; a point that carries a force stays.
