@@ -259,7 +259,7 @@ contains
     integer, intent(in) :: i
 
     longest_step = huge(longest_step)
-    if (is_short(c, i)) longest_step = 2*(c%s(i + 1) - c%s(i))
+    if (is_short(c, i)) longest_step = c%s(i + 1) - c%s(i)
   end function longest_step
 
   !> Let an open contact that has come inside the rail stay as deep. Where wheel and rail conform, the nearest point jumps by a

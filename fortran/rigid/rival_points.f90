@@ -97,9 +97,10 @@ contains
     subroutine search_beside(pair, c)
       type(pair_type), intent(in) :: pair
       type(gap_type), intent(in) :: c
-      type(gap_type) :: p, last, middle
+      type(gap_type) :: p, last, middle, lower
       real(dp) :: ends(2), slope, before, between, bend, bend_before, ignored, s
       integer :: i, way
+      logical :: found
 
       ends = pair%s([c%first, c%last])
       do way = -1, 1, 2
@@ -123,26 +124,23 @@ contains
           p%s = s
           if (p%s <= ends(1) .or. p%s >= ends(2)) exit
           call find_slope(pair, pose, p, slope, bend)
-          if (way*before < 0 .and. way*slope >= 0) call add_near(p)
-          ! The slope may change its sign twice between both stations: it is then least or largest there.
-          if (room == 1 .or. before*slope <= 0 .or. bend_before*bend >= 0 .or. way*before*bend < 0) cycle
-          middle = last
-          middle%s = last%s + (p%s - last%s)*bend_before/(bend_before - bend)
-          call find_slope(pair, pose, middle, between, ignored)
-          if (before*between < 0) call add_near(middle)
+          found = way*before < 0 .and. way*slope >= 0
+          if (room > 1 .and. bend_before*bend < 0 .and. before*slope > 0 .and. way*before*bend > 0) then
+            ! The slope may change its sign twice between both stations: it is then least or largest here.
+            middle = last
+            middle%s = last%s + (p%s - last%s)*bend_before/(bend_before - bend)
+            call find_slope(pair, pose, middle, between, ignored)
+            found = before*between < 0
+          end if
+          if (.not. found) cycle
+          ! Newton's method is to begin where the slope grows along the wheel.
+          lower = p
+          if (room > 1 .and. bend <= 0) lower = last
+          call find_gap(side, q, lower)
+          call add_lower(lower, near)
         end do
       end do
     end subroutine search_beside
-
-    !> Put the point that is found from a start on the list.
-    subroutine add_near(start)
-      type(gap_type), intent(in) :: start
-      type(gap_type) :: x
-
-      x = start
-      call find_gap(side, q, x)
-      call add_lower(x, near)
-    end subroutine add_near
 
     !> Put the point x on the list if its gap is below `most` and lower than the last one's.
     subroutine add_lower(x, most)
