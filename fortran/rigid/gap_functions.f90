@@ -28,6 +28,7 @@ module gap_functions
     integer :: contact = left_tread      !! name under which it is reported: left_tread to right_flange
     integer :: first = 0, last = 0       !! the zone's first and last station on the wheel
     real(dp) :: apart = 3e-5_dp          !! two points of the zone that are closer together are one [m]
+    real(dp) :: touching = 1e-12_dp      !! gap of a contact that is closed at an event, at most [m]
     real(dp) :: s = 0, foot = 0          !! arc lengths of the nearest points on wheel and rail [m]
     integer :: at_wheel = 1, at_rail = 1 !! knot intervals of s and foot
     real(dp) :: gap = 0                  !! distance along the rail's normal, over `lowest` [m]
@@ -59,7 +60,8 @@ contains
     type(side_type), intent(in) :: side(:)    !! left, right
     type(contacts_type) :: contacts
     integer, parameter :: most_points = 8     ! of a zone with edges
-    real(dp), parameter :: resolved = 1e-7_dp ! least distance of two points beside an edge [m]
+    ! Beside an edge points are nearer to each other, and gaps of open contacts are smaller.
+    real(dp), parameter :: least_distance = 1e-7_dp, least_gap = 1e-14_dp   ! [m]
     integer :: wheel
 
     allocate (contacts%c(0))
@@ -69,7 +71,10 @@ contains
       associate (pair => side(wheel)%pair)
         if (.not. (any_short(pair%wheel) .or. any_short(pair%rail))) cycle
         contacts%points = most_points
-        where (contacts%c%wheel == wheel) contacts%c%apart = resolved
+        where (contacts%c%wheel == wheel)
+          contacts%c%apart = least_distance
+          contacts%c%touching = least_gap
+        end where
       end associate
     end do
     contacts%n = size(contacts%c)

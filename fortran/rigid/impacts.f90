@@ -19,10 +19,9 @@ module impacts
   use wheelset, only: external_force, wheelset_type
   implicit none
   private
-  public :: resolve_contacts, set_forces, touching, still
+  public :: resolve_contacts, set_forces, still
 
   real(dp), parameter :: resting = 1e-7_dp     ! slowest approach that bounces [m/s]
-  real(dp), parameter :: touching = 1e-12_dp   !! gap of a contact that is closed at an event, at most [m]
   real(dp), parameter :: still = 1e-8_dp       !! rate of a gap that neither opens nor closes, at most [m/s]
 
 contains
@@ -41,7 +40,7 @@ contains
     real(dp), allocatable :: acceleration(:), force(:)
     integer :: i
 
-    on = pack([(i, i=1, size(c))], c%gap <= touching)
+    on = pack([(i, i=1, size(c))], c%gap <= c%touching)
     call strike(w, restitution, c(on), motion, ok)
     if (.not. ok) return
     ! Contacts at rest carry a force or open.

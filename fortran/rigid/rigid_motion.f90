@@ -8,7 +8,7 @@ module rigid_motion
   use contact_zones, only: side_type
   use errors, only: error_type, refuse
   use gap_functions, only: new_contacts, search_stations
-  use impacts, only: resolve_contacts, set_forces, touching
+  use impacts, only: resolve_contacts, set_forces
   use kinds, only: dp
   use motion_state, only: motion_type
   use rigid_steps, only: advance_contacts, no_solution, path_ends, rigid_state, rule_type, step_ok
@@ -129,7 +129,7 @@ contains
         if (.not. ok) return
         state%motion%v = t*rate(1)/t(1)
         ! At rest in a corner of the path both contacts of a wheel carry.
-        if (abs(rate(1)) <= 0) state%closed = state%contacts%c%gap <= touching
+        if (abs(rate(1)) <= 0) state%closed = state%contacts%c%gap <= state%contacts%c%touching
       end associate
     end if
     if (r%rule%bilateral) then

@@ -16,7 +16,7 @@ module rigid_steps
   use constraint_forces, only: close_gaps, closing_forces, couplings, most_closed, solve_independent, stop_gaps, tangent
   use contact_zones, only: side_type
   use gap_functions, only: accept_depth, contacts_type, find_gap, gap_type
-  use impacts, only: resolve_contacts, set_forces, still, touching
+  use impacts, only: resolve_contacts, set_forces, still
   use kinds, only: dp
   use motion_state, only: motion_type
   use integrators, only: energy_change, energy_rounding
@@ -155,7 +155,7 @@ contains
       any_new = .false.
       do i = 1, size(contacts%c)
         associate (c => contacts%c(i))
-          if (to%closed(i) .or. c%absent .or. c%gap > -touching) cycle
+          if (to%closed(i) .or. c%absent .or. c%gap > -c%touching) cycle
           if (any(same_point(c, to%c))) cycle
           slot = maxloc(from%c%gap, 1, mask=.not. from%closed .and. from%c%wheel == c%wheel .and. from%c%first == c%first)
           if (slot == 0) cycle
@@ -341,7 +341,7 @@ contains
 
     do trial = 1, most_trials
       call bracket_event(side, w, from, dt, k, to, merged)
-      if (to%closed(k) .or. merged .or. to%h <= 0 .or. to%c(k)%gap > -touching) exit
+      if (to%closed(k) .or. merged .or. to%h <= 0 .or. to%c(k)%gap > -to%c(k)%touching) exit
       call start_at(to%c(k), from%c(k))
     end do
   end subroutine locate_event
@@ -369,9 +369,9 @@ contains
     else
       ! The zero of gap/time is wanted: a gap that opens at the start has no zero there.
       first = gap_rate(from, k)
-      if (from%c(k)%gap > touching) first = max(first, from%c(k)%gap/h)
+      if (from%c(k)%gap > from%c(k)%touching) first = max(first, from%c(k)%gap/h)
       last = to%c(k)%gap/h
-      if (from%c(k)%gap <= touching .and. abs(gap_rate(from, k)) <= still) then
+      if (from%c(k)%gap <= from%c(k)%touching .and. abs(gap_rate(from, k)) <= still) then
         ! A contact that has just been released, at rest but for rounding, closes again only after it has opened.
         low = h
         do iter = 1, 50
@@ -405,7 +405,7 @@ contains
       end if
       call range%narrow(x, f)
     end do
-    if (.not. (merged .or. to%closed(k)) .and. to%c(k)%gap > touching) call move(side, w, from, range%b, to)
+    if (.not. (merged .or. to%closed(k)) .and. to%c(k)%gap > to%c(k)%touching) call move(side, w, from, range%b, to)
   end subroutine bracket_event
 
   !> The state after the time h with the same contacts closed, and all gaps there.  `to` starts as a copy of `from`.
