@@ -57,8 +57,8 @@ contains
           energy_rounding(setup%wheelset, old))) run%missed = run%missed + 1
       end associate
       call monitor%note_step(old, motion)
-      call note_rows(rigid, rigid_before, motion, monitor)
-      call monitor%queue%pass_rows(monitor%past(1)%t, error)
+      call note_rows(rigid, rigid_before, motion, monitor, error)
+      if (.not. allocated(error)) call monitor%queue%pass_rows(monitor%past(1)%t, error)
       if (.not. allocated(error) .and. status /= step_ok) call report_failure(monitor%setup, motion, status, error)
       if (allocated(error)) return
     end do
@@ -87,14 +87,15 @@ contains
   end function force_of
 
   !> Write rows at the events of the last step and at peaks of forces. A peak is the force at the end of a step.
-  subroutine note_rows(rigid, rigid_before, motion, monitor)
+  subroutine note_rows(rigid, rigid_before, motion, monitor, error)
     type(rigid_type), intent(in) :: rigid           !! at the end of the step
     type(rigid_type), intent(inout) :: rigid_before !! at the start of the step
     type(motion_type), intent(in) :: motion
     type(run_monitor_type), intent(inout) :: monitor
+    type(error_type), allocatable, intent(out) :: error
     type(motion_type) :: there
     real(dp) :: t, h
-    integer :: i, k, evaluations, ignored
+    integer :: i, k, evaluations, status
     logical :: struck
 
     struck = any(motion%contact%struck)
@@ -113,8 +114,10 @@ contains
       if (t < motion%t) there = monitor%past(1)
       do while (t - there%t > epsilon(t)*t)
         h = t - there%t
-        call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, ignored)
+        call advance_rigid(monitor%setup%side, rigid_before, there, h, evaluations, status)
         monitor%run%evaluations = monitor%run%evaluations + evaluations
+        if (status /= step_ok) call report_failure(monitor%setup, there, status, error)
+        if (allocated(error)) return
       end do
       call monitor%put(there, at_event)
     end do

@@ -229,6 +229,8 @@ contains
       h = range%guess()
       there = from
       call advance_contacts(side, free, rule, there, before, h, evaluations, status)
+      ok = status == step_ok
+      if (.not. ok) return
       f = beyond(there%motion)
       if (abs(f) <= 1e-17_dp .or. abs(range%b - range%a) <= 1e-16_dp*stride) exit
       call range%narrow(h, f)

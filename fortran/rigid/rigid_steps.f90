@@ -99,6 +99,9 @@ contains
         h = h/2
       end do
       if (to%ended) then
+        ! No step is made: what the last step struck is not struck again.
+        motion%contact%struck = .false.
+        dt = 0
         evaluations = to%evaluations
         status = path_ends
         return
