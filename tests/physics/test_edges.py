@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 import en15302
@@ -126,7 +125,7 @@ EDGE = Edge(0.06, np.inf, 0.3)
 
 @pytest.mark.parametrize("law", ["bilateral", "unilateral, e = 0"])
 def test_an_edge_rolls_on_a_round_head(law: str, tmp_path: Path):
-    """Its point is fixed on the wheel and its contact angle turns from one side of the edge to the other: the pose is that of the
+    """The edge is fixed on the wheel and the contact angle turns from one side of the edge to the other: the pose is that of the
     linkage, and the time that of its energy."""
     speed = 0.1
     done = run(EDGE.case(tmp_path).replace(**LAWS[law], vY=speed, dt=1e-4, t_end=0.08, interval=1e-3, rows="interval"))
