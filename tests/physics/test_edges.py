@@ -1,6 +1,7 @@
 """Rigid contacts on edges of profiles: the wheels of EN 15302, whose pieces meet with jumps of curvature and steps below a
 micrometre, and an edge with a closed form."""
 import functools
+import itertools
 import tempfile
 from pathlib import Path
 
@@ -37,25 +38,29 @@ def profiles() -> dict[str, str]:
 
 
 @functools.cache
-def motion(wheel: str, speed: float, law: str, **changes: object) -> Run:
+def motion(wheel: str, speed: float, law: str) -> Run:
     placed = en15302.case(wheel, profiles())
     placing = {name: getattr(placed, name) for name in (
         "wheel_profile", "rail_profile", "gauge", "gauge_depth", "back_to_back", "rolling_radius", "table_folder")}
-    return run(Case.exercise(1).replace(**placing, **LAWS[law], vY=speed, roll_rate=0.0, t_end=T_END, **changes))
+    rows = "interval_and_events" if law == "bilateral" else "interval"
+    return run(Case.exercise(1).replace(**placing, **LAWS[law], vY=speed, roll_rate=0.0, t_end=T_END, rows=rows))
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("wheel", WHEELS)
+# On hollows of some nanometres a wheelset without losses bounces a hundred thousand times.
+BOUNCING = "C", 0.3, "unilateral, e = 1"
+
+
+@pytest.mark.parametrize(("wheel", "speed", "law"), [
+    pytest.param(*one, marks=[pytest.mark.slow]*(one == BOUNCING)) for one in itertools.product(WHEELS, SPEEDS, LAWS)])
 def test_every_wheel_runs(wheel: str, speed: float, law: str):
     """To the return, if there is energy enough for the flange, with the energy of the start but for the losses in impacts."""
     done = motion(wheel, speed, law)
     assert done.results["drift"] < 1e-9*done.results["kinetic_energy"]
     assert done.results["t"] == pytest.approx(T_END) if speed == 0.3 and not done.ending.startswith("return") else \
         done.ending == "return to the centre after both flanges"
-    assert (done.data.E_lost.diff().fillna(0) > -1e-12).all()
-    if law in ("bilateral", "unilateral, e = 1"):
-        assert abs(done.data.E_lost.iloc[-1]) < 1e-9*done.results["kinetic_energy"]
+    lost = done.data.E_lost/done.results["kinetic_energy"]
+    assert lost.min() > -1e-9
+    assert lost.max() < 1e-9 if law in ("bilateral", "unilateral, e = 1") else lost.max() > 1e-9
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
@@ -75,7 +80,7 @@ def test_time_is_the_quadrature_of_the_path(wheel: str, speed: float):
     kinetic = energy - WEIGHT*(pose.Z.to_numpy()[1:] + pose.Z.to_numpy()[:-1])/2
     t = np.concatenate([[0], np.cumsum(length/np.sqrt(2*kinetic))])
     steep = np.interp(out.Y, y, pose.angle_L) > STEEP
-    assert steep.any() == (speed == 0.5 or wheel in "BH")
+    assert steep.any() == (speed == 0.5)
     for ours, exact, face, tread in zip((out.Z, out.time), (pose.Z, t), FACE_BARS, TREAD_BARS, strict=True):
         assert (np.abs(ours - np.interp(out.Y, y, exact)) < np.where(steep, face, tread)).all()
 
