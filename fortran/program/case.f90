@@ -185,8 +185,8 @@ contains
     call all%add('integrator', 'max_halvings', c%max_halvings, 0, 30, 'most halvings of a step that is cut')
     call all%add('output', 'file', c%output_file, '', 'column file; outputs/NAME.txt if empty')
     call all%add('output', 'interval', c%interval, 1e-9_dp, 1e3_dp, 's', 'time between rows')
-    call all%add('output', 'rows', c%rows, 'interval_and_events interval', &
-      'rows at equal intervals, and also at events, changes of contact and peaks of force')
+    call all%add('output', 'rows', c%rows, 'interval_and_events contacts interval', &
+      'rows at equal intervals, also at events and peaks of force, and also close to each other in every contact')
     call all%add('output', 'pressures', c%pressures, 'yes no', &
       'whether the results have the largest pressure and the pressures of flanges, of the model halfspace')
     call all%add('output', 'judged', c%judged, 'yes no', &

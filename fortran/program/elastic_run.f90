@@ -85,6 +85,7 @@ contains
 
     call this%monitor%note_step(old, new)
     call this%note_between(new)
+    call this%monitor%put_in_contact(new)
     call this%monitor%queue%pass_rows(this%monitor%past(1)%t, error)
   end subroutine after_step
 

@@ -9,7 +9,7 @@ module run_monitor
   use largest_pressure, only: find_pressures, flange_pressure, hardest_rows, has_pressures, moment_type, pressure_type
   use motion_state, only: motion_type
   use root_bracket, only: bracket_type
-  use row_sink, only: on_grid, row_queue, row_writer
+  use row_sink, only: at_event, on_grid, row_queue, row_writer
   use run_setup, only: setup_type
   use text, only: str
   use wheelset, only: closed, flanges, outwards
@@ -63,6 +63,10 @@ module run_monitor
     type(run_type) :: run
     type(row_queue) :: queue
     logical :: event_rows = .true.         !! events and peaks have rows too
+    logical :: contact_rows = .false.      !! rows are close in contacts
+    real(dp) :: closing(4) = never         !! time at which each closed contact has closed [s]
+    real(dp) :: newest = 0                 !! time of the newest row [s]
+    real(dp) :: half_period = 0            !! of the highest frequency at rest: about the shortest time of a contact [s]
     type(motion_type) :: past(2)           !! the motion one and two steps ago
     real(dp) :: forces(4, 3) = 0           !! normal forces two steps ago, one step ago and now [N]
     real(dp) :: first_energy = 0           !! total energy at the start [J]
@@ -73,6 +77,7 @@ module run_monitor
   contains
     procedure :: start
     procedure :: put
+    procedure :: put_in_contact
     procedure :: note_step
     procedure, private :: note_turn
     procedure :: note_forces
@@ -90,7 +95,9 @@ contains
     class(row_writer), target, intent(inout) :: writer   !! receives the rows
     type(energy_type) :: e
 
-    this%event_rows = this%c%rows == 'interval_and_events'
+    this%event_rows = this%c%rows /= 'interval'
+    this%contact_rows = this%c%rows == 'contacts'
+    this%half_period = 0.5_dp/maxval(this%setup%frequency)
     this%forces = spread(normal_forces(motion), 2, 3)
     this%past = motion
     call this%note_forces(motion)
@@ -115,8 +122,23 @@ contains
     if (has_pressures(this%c)) call this%hardest%note(this%setup%side, motion, normal_forces(motion), stations)
     if (is_judged(this%c)) call this%judged%note(motion)
     call this%queue%put(values(:n), kind)
+    this%newest = max(this%newest, motion%t)
     call this%note_energy(motion)
   end subroutine put
+
+  !> Pass on the row of a motion if a contact has closed not long ago: rows are farther from each other the longer it lasts, so
+  !> that a contact of any duration has a dozen rows or more.
+  subroutine put_in_contact(this, motion)
+    class(run_monitor_type), intent(inout) :: this
+    type(motion_type), intent(in) :: motion
+    real(dp), parameter :: first = 12     ! rows in the shortest contact
+    real(dp), parameter :: later = 6      ! the time of a contact so far over that between rows, at most
+    real(dp) :: apart
+
+    if (.not. this%contact_rows) return
+    apart = minval(max(this%half_period/first, (motion%t - this%closing)/later), this%closing < never)
+    if (motion%t - this%newest >= apart*(1 - 1e-9_dp)) call this%put(motion, at_event)
+  end subroutine put_in_contact
 
   !> Record a step from `old` to `new`: events, farthest displacements, impulses, forces of the last three steps, energy.
   subroutine note_step(this, old, new)
@@ -129,6 +151,11 @@ contains
     where (this%run%log%touched >= never) this%push_before = old%push
     call watch(this%run%log, this%setup%wheelset, old, new, this%setup%side)
     where (in_first) this%run%first_impulse = new%push - this%push_before
+    where (.not. closed(new%contact))
+      this%closing = never
+    elsewhere (.not. closed(old%contact))
+      this%closing = old%t
+    end where
     call this%note_turn(old, new)
     call note_extremes(this%run, old, new)
     where (new%impulse - old%impulse > this%run%largest_impulse) this%run%impulse_time = new%t
