@@ -129,7 +129,7 @@ RESULTS = {
     "changes": ("", "initial values that the constraints replaced (rigid contacts only)"),
     "rows, steps, cuts, evaluations": ("", "numbers of rows, of steps, of halved steps, of evaluations of the contact forces"),
     "step": ("s", "largest step, `dt`"),
-    "missed": ("", "number of steps that miss `energy_tolerance` after `max_halvings` cuts"),
+    "missed": ("", "number of steps that miss a tolerance after `max_halvings` cuts"),
     "n_KIND": ("", "number of events of a kind, for example `n_left_flange_contact`"),
     "derailed": ("", "Python only: whether the wheelset derailed"),
 }

@@ -1,7 +1,9 @@
-!> Steps that are cut where they change the total energy by more than a tolerance, or where they fail.
+!> Steps that are cut where their error exceeds a tolerance, where they change the total energy by more than another one, or where
+!> they fail.
 !>
-!> Two, four or more equal steps replace such a step. The criterion is the same for the reversed step, so the integration stays
-!> reversible.
+!> Two, four or more equal steps replace such a step. The criteria are the same for the reversed step, so the integration stays
+!> reversible. The energy alone does not see errors that keep it, such as those of long steps between contacts; the estimate of the
+!> error alone leaves too much of the energy's change where contacts close, which the integrator makes with half its order.
 module cut_steps
   use, intrinsic :: iso_fortran_env, only: int64
   use errors, only: error_type
@@ -14,14 +16,15 @@ module cut_steps
   public :: cutting_type, step_watcher, cut_step, short_step
 
   type :: cutting_type
-    real(dp) :: tolerance = 0              !! change of the total energy that a step may make [J]; 0: any
+    real(dp) :: error = 0                  !! of the position that a step may make, by its estimate [m]; 0: any
+    real(dp) :: energy = 0                 !! change of the total energy that a step may make [J]; 0: any
     integer :: most_halvings = 20          !! of a step
   end type cutting_type
 
   !> A watcher is told of every step, and counts.
   type, abstract :: step_watcher
     integer(int64) :: cuts = 0             !! number of steps that were cut
-    integer(int64) :: missed = 0           !! steps that miss the tolerance after all halvings
+    integer(int64) :: missed = 0           !! steps that miss a tolerance after all halvings
     integer(int64) :: evaluations = 0      !! evaluations of the contacts
   contains
     procedure(after_step), deferred :: after_step
@@ -52,7 +55,7 @@ contains
     type(error_type), allocatable, intent(out) :: error   !! of the watcher
     type(motion_type) :: old, new
     integer :: evaluations, more, i
-    real(dp) :: change, allowed
+    real(dp) :: excess
 
     call advance(w, integrator, motion, dt, new, evaluations, status)
     watcher%evaluations = watcher%evaluations + evaluations
@@ -60,13 +63,11 @@ contains
     if (status /= step_ok) then
       if (halvings == cutting%most_halvings) return
       more = 1
-    else if (cutting%tolerance > 0) then
-      change = energy_change(w, motion, new)
-      allowed = cutting%tolerance
-      if (abs(change) > allowed) allowed = max(allowed, energy_rounding(w, motion), energy_rounding(w, new))
-      if (abs(change) > allowed) then
-        ! The change goes with dt^(order + 1).
-        more = (exponent(change/allowed) + integrator%order)/(integrator%order + 1)
+    else
+      excess = excess_of(w, cutting, motion, new)
+      if (excess > 1) then
+        ! Error and change of the energy go with dt^(order + 1).
+        more = (exponent(excess) + integrator%order)/(integrator%order + 1)
         more = min(max(1, more), cutting%most_halvings - halvings)
         if (more == 0) watcher%missed = watcher%missed + 1
       end if
@@ -84,7 +85,24 @@ contains
     end do
   end subroutine cut_step
 
-  !> The motion at a time t near the end `old` of a step, in as many equal steps as the tolerance needs.
+  !> The error of a step over its tolerance or, where the error is inside, the change of the total energy: that of a step with a
+  !> large error does not tell how short steps must be.
+  pure real(dp) function excess_of(w, cutting, old, new) result(excess)
+    type(wheelset_type), intent(in) :: w
+    type(cutting_type), intent(in) :: cutting
+    type(motion_type), intent(in) :: old, new
+    real(dp) :: change
+
+    excess = 0
+    if (cutting%error > 0) excess = new%error/cutting%error
+    if (cutting%energy > 0 .and. excess <= 1) then
+      change = abs(energy_change(w, old, new))
+      if (change > cutting%energy) &
+        excess = max(excess, change/max(cutting%energy, energy_rounding(w, old), energy_rounding(w, new)))
+    end if
+  end function excess_of
+
+  !> The motion at a time t near the end `old` of a step, in as many equal steps as the tolerances need.
   subroutine short_step(w, integrator, cutting, old, t, there, found, evaluations)
     type(wheelset_type), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
@@ -110,7 +128,7 @@ contains
         if (status /= step_ok) exit
       end do
       if (status /= step_ok) cycle
-      if (cutting%tolerance <= 0 .or. abs(energy_change(w, old, there)) <= cutting%tolerance) exit
+      if (excess_of(w, cutting, old, there) <= 1) exit
     end do
     found = status == step_ok
   end subroutine short_step

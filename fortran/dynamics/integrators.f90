@@ -1,9 +1,12 @@
-!> Steps of M q'' = f(t) - dU/dq in time, of three orders. All are symmetric and have no numerical damping at their defaults.
+!> Steps of M q'' = f(t) - dU/dq in time, of two orders. Both are symmetric and have no numerical damping at their defaults.
 !>
 !> Order 2  N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94, with beta and gamma; beta = 0 is explicit. The implicit
 !>          equations are solved by Newton's method on the exact tangent.
-!> Order 4  explicit: kicks (force) and drifts (motion) in turn, with six forces per step, and
-!> order 6  with eleven: S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313-330, for second-order equations.
+!> Order 4  explicit: kicks (force) and drifts (motion) in turn, with six forces per step, S. Blanes, P. C. Moan, J. Comput. Appl.
+!>          Math. 142 (2002) 313-330, SRKN 6b for second-order equations.
+!>
+!> Each step estimates its error of the position from its accelerations. The reversed step has the same estimate, so that runs
+!> which cut steps by it can be reversed. Lengths are those of the kinetic metric: roll counts with the radius of gyration.
 module integrators
   use kinds, only: dp
   use linear_solver, only: solve_linear
@@ -12,28 +15,26 @@ module integrators
   use wheelset, only: contact_state, contacts, external_force, symmetric, total, wheelset_type
   implicit none
   private
-  public :: integrator_type, stability_limit, evaluate_contacts, advance, energy_change, energy_rounding, step_ok, step_diverged, &
-    kick_4, drift_4
+  public :: integrator_type, stability_limit, evaluate_contacts, advance, energy_change, energy_rounding, step_ok, step_diverged
 
   type :: integrator_type
-    integer :: order = 2               !! or 4, or 6
-    real(dp) :: beta = 0.25_dp, gamma = 0.5_dp   !! of order 2
+    integer :: order = 4               !! or 2
+    real(dp) :: beta = 0, gamma = 0.5_dp   !! of order 2
     real(dp) :: tolerance = 1e-10_dp   !! largest Newton correction at convergence [m, rad]: Newton's
                                        !! method squares it, so that the next one would be tolerance^2/(1 m)
     integer :: max_iterations = 12
   end type integrator_type
 
-  ! The schemes SRKN 6b (fourth order) and 11b (sixth) of Blanes and Moan: shares of a step.
-  real(dp), parameter :: b4(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
-  real(dp), parameter :: a4(2) = [0.245298957184271_dp, 0.604872665711080_dp]
-  real(dp), parameter :: kick_4(7) = [b4, 1 - 2*sum(b4), b4(3:1:-1)]
-  real(dp), parameter :: drift_4(6) = [a4, 0.5_dp - sum(a4), 0.5_dp - sum(a4), a4(2:1:-1)]
-  real(dp), parameter :: b6(5) = [0.0414649985182624_dp, 0.198128671918067_dp, -0.0400061921041533_dp, &
-    0.0752539843015807_dp, -0.0115113874206879_dp]
-  real(dp), parameter :: a6(5) = [0.123229775946271_dp, 0.290553797799558_dp, -0.127049212625417_dp, &
-    -0.246331761062075_dp, 0.357208872795928_dp]
-  real(dp), parameter :: kick_6(12) = [b6, 0.5_dp - sum(b6), 0.5_dp - sum(b6), b6(5:1:-1)]
-  real(dp), parameter :: drift_6(11) = [a6, 1 - 2*sum(a6), a6(5:1:-1)]
+  ! Shares of a step of order 4.
+  real(dp), parameter :: b(3) = [0.0829844064174052_dp, 0.396309801498368_dp, -0.0390563049223486_dp]
+  real(dp), parameter :: a(2) = [0.245298957184271_dp, 0.604872665711080_dp]
+  real(dp), parameter :: kick(7) = [b, 1 - 2*sum(b), b(3:1:-1)]
+  real(dp), parameter :: drift(6) = [a, 0.5_dp - sum(a), 0.5_dp - sum(a), a(2:1:-1)]
+  ! Sums of the seven accelerations of a step with these weights vanish for accelerations that are linear in time, though the step
+  ! evaluates them aside from the motion, the even one also for quadratic ones. So they grow with dt^4 and dt^3.
+  real(dp), parameter :: e(4) = [-0.010530208702421_dp, 0.538794856070439_dp, -0.263582113970305_dp, -0.529365066795426_dp]
+  real(dp), parameter :: o(3) = [-0.269611711219005_dp, 0.647963191074604_dp, 0.086332080862079_dp]
+  real(dp), parameter :: even(7) = [e, e(3:1:-1)], odd(7) = [o, 0.0_dp, -o(3:1:-1)]
 
   integer, parameter :: step_ok = 0, step_diverged = -1   ! otherwise a status of `zone_tables`
 
@@ -51,20 +52,17 @@ contains
   end subroutine evaluate_contacts
 
   !> Largest stable omega*dt of a linear oscillation with the angular frequency omega. Beyond it the trace of the step's matrix is
-  !> beyond +-2. Compositions have narrow unstable bands between 3.14 and this limit, too: there the amplitude grows by at most
-  !> 0.2 % a step.
+  !> beyond +-2. Order 4 has narrow unstable bands between 3.14 and this limit, too: there the amplitude grows by at most 0.2 % a
+  !> step.
   elemental real(dp) function stability_limit(integrator) result(limit)
     type(integrator_type), intent(in) :: integrator
 
-    select case (integrator%order)
-    case (4)
+    limit = huge(limit)
+    if (integrator%order == 4) then
       limit = 5.027_dp
-    case (6)
-      limit = 9.074_dp
-    case default
-      limit = huge(limit)
-      if (2*integrator%beta < integrator%gamma) limit = 1/sqrt(integrator%gamma/2 - integrator%beta)
-    end select
+    else if (2*integrator%beta < integrator%gamma) then
+      limit = 1/sqrt(integrator%gamma/2 - integrator%beta)
+    end if
   end function stability_limit
 
   !> One step dt from `old` to `new`. `status`: step_ok, step_diverged, or why the pose left the table.
@@ -77,14 +75,11 @@ contains
     integer, intent(out) :: evaluations    !! number of evaluations of the contacts
     integer, intent(out) :: status
 
-    select case (integrator%order)
-    case (4)
-      call kick_and_drift(w, kick_4, drift_4, old, dt, new, evaluations, status)
-    case (6)
-      call kick_and_drift(w, kick_6, drift_6, old, dt, new, evaluations, status)
-    case default
+    if (integrator%order == 4) then
+      call kick_and_drift(w, old, dt, new, evaluations, status)
+    else
       call advance_newmark(w, integrator, old, dt, new, evaluations, status)
-    end select
+    end if
   end subroutine advance
 
   !> Change of the total energy in a step, less the work of the lateral force [J]. The exact motion has zero. Left and right
@@ -114,19 +109,19 @@ contains
     energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
   end function energy_rounding
 
-  !> The explicit step of a higher order.
-  subroutine kick_and_drift(w, kick, drift, old, dt, new, evaluations, status)
+  !> The explicit step of order 4.
+  subroutine kick_and_drift(w, old, dt, new, evaluations, status)
     type(wheelset_type), intent(in) :: w
-    real(dp), intent(in) :: kick(:), drift(:)      !! shares of the step; one kick more than drifts
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new
     integer, intent(out) :: evaluations, status
-    real(dp) :: move(3), force(3)
+    real(dp) :: move(3), force(3), sums(3, 2)
     integer :: i
 
     new = old
     evaluations = 0
+    sums = outer(new%a, 1)
     do i = 1, size(drift)
       new%v = new%v + kick(i)*dt*new%a
       new%push = new%push + kick(i)*dt*push_of(new)
@@ -138,11 +133,32 @@ contains
       call evaluate_contacts(w, new, status)
       evaluations = evaluations + 1
       if (status /= inside) return
+      sums = sums + outer(new%a, i + 1)
     end do
     new%v = new%v + kick(size(kick))*dt*new%a
     new%push = new%push + kick(size(kick))*dt*push_of(new)
     new%t = old%t + dt
+    new%error = dt**2*hypot(length(w, sums(:, 1)), length(w, sums(:, 2)))
+
+  contains
+
+    pure function outer(acceleration, k) result(share)
+      real(dp), intent(in) :: acceleration(3)
+      integer, intent(in) :: k
+      real(dp) :: share(3, 2)
+
+      share = reshape([even(k)*acceleration, odd(k)*acceleration], [3, 2])
+    end function outer
+
   end subroutine kick_and_drift
+
+  !> Length of a displacement, or size of an acceleration, in the kinetic metric.
+  pure real(dp) function length(w, x)
+    type(wheelset_type), intent(in) :: w
+    real(dp), intent(in) :: x(3)               !! [m, m, rad]
+
+    length = sqrt(sum(w%inertia()*x**2)/w%mass)
+  end function length
 
   !> Newmark's step.
   subroutine advance_newmark(w, integrator, old, dt, new, evaluations, status)
@@ -166,6 +182,8 @@ contains
     new%push = old%push + dt*((1 - integrator%gamma)*push_of(old) + integrator%gamma*push_of(new))
     force = external_force(w, old%t + dt/2)
     new%work = old%work + force(1)*(new%q(1) - old%q(1))
+    ! The step errs by (1/6 - beta) dt^3 times the rate of the acceleration.
+    new%error = dt**2/6*length(w, new%a - old%a)
   end subroutine advance_newmark
 
   !> Normal forces of the contacts [N].

@@ -11,6 +11,7 @@ module motion_state
     real(dp) :: q(3) = 0               !! y, z [m], roll [rad]
     real(dp) :: v(3) = 0               !! dq/dt
     real(dp) :: a(3) = 0               !! accelerations
+    real(dp) :: error = 0              !! estimate of the last step's error of the position, see `integrators` [m]
     real(dp) :: jerk(3) = 0            !! growth of the accelerations in the last implicit step, which predicts the next one
     real(dp) :: work = 0               !! work of the lateral force since the start [J]
     real(dp) :: push(4) = 0            !! integral of each normal force since the start, with the impulses of impacts [N s]

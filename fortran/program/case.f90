@@ -58,12 +58,13 @@ module case
     type(extent_type) :: extent
     real(dp) :: accuracy = 2e-3_dp
     ! &integrator
-    integer :: order = 2
-    real(dp) :: beta = 0.25_dp, gamma = 0.5_dp
-    real(dp) :: dt = 2e-6_dp
+    integer :: order = 4
+    real(dp) :: beta = 0, gamma = 0.5_dp
+    real(dp) :: dt = 1e-4_dp
     real(dp) :: t_end = 1
     character(text_length) :: stop_at = 't_end'
-    real(dp) :: energy_tolerance = 1e-5_dp
+    real(dp) :: error_tolerance = 1e-10_dp
+    real(dp) :: energy_tolerance = 1e-9_dp
     real(dp) :: tolerance = 1e-10_dp
     integer :: max_iterations = 12
     integer :: max_halvings = 20
@@ -169,15 +170,17 @@ contains
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
       'rms error asked for of a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
     call all%add('integrator', 'order', c%order, 2, 6, &
-      'order of the steps: 2 (Newmark), 4 or 6 (explicit)')
+      'order of the steps: 2 (Newmark) or 4 (explicit)')
     call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', &
-      'beta of Newmark''s method; 0 is explicit, as order = 4 and 6 are')
+      'beta of Newmark''s method; 0 is explicit, as order = 4 is')
     call all%add('integrator', 'gamma', c%gamma, 0.5_dp, 1.0_dp, '1', 'gamma of Newmark''s method')
     call all%add('integrator', 'dt', c%dt, 1e-9_dp, 1e-2_dp, 's', &
       'longest step; the interval between rows is a whole number of steps')
     call all%add('integrator', 't_end', c%t_end, 1e-9_dp, 1e5_dp, 's', 'end of the run, at the latest')
     call all%add('integrator', 'stop_at', c%stop_at, 't_end return_to_centre derailment', &
       'what ends the run; a derailed wheelset that leaves &table ends it too')
+    call all%add('integrator', 'error_tolerance', c%error_tolerance, 0.0_dp, 1.0_dp, 'm', &
+      'a step whose estimated error of the position is larger is cut; 0 cuts no step')
     call all%add('integrator', 'energy_tolerance', c%energy_tolerance, 0.0_dp, 1e9_dp, 'J', &
       'a step that changes the total energy by more is cut; 0 cuts no step')
     call all%add('integrator', 'tolerance', c%tolerance, 1e-16_dp, 1e-6_dp, 'm, rad', 'largest Newton correction at convergence')

@@ -29,7 +29,7 @@ contains
     end do
     call demand(len_trim(c%name) > 0 .and. scan(trim(c%name), '/\ ') == 0, 'case', 'name', 'a word that can name a file', &
       "'"//trim(c%name)//"'")
-    call demand(any(c%order == [2, 4, 6]), 'integrator', 'order', '2, 4 or 6', str(c%order))
+    call demand(any(c%order == [2, 4]), 'integrator', 'order', '2 or 4', str(c%order))
     call demand(c%order == 2 .or. c%beta <= 0, 'integrator', 'beta', '0 with order = '//str(c%order), str(c%beta))
     call demand(c%order == 2 .or. c%gamma <= 0.5_dp, 'integrator', 'gamma', '0.5 with order = '//str(c%order), str(c%gamma))
     call demand(c%formulation == 'unilateral' .or. c%restitution >= 1, 'contact', 'restitution', '1, for only formulation = '// &

@@ -66,7 +66,7 @@ contains
     integer :: status
 
     watcher%integrator = integrator
-    watcher%cutting = cutting_type(monitor%c%energy_tolerance, monitor%c%max_halvings)
+    watcher%cutting = cutting_type(monitor%c%error_tolerance, monitor%c%energy_tolerance, monitor%c%max_halvings)
     watcher%monitor => monitor
     call cut_step(monitor%setup%wheelset, integrator, watcher%cutting, motion, dt, 0, watcher, status, error)
     associate (run => monitor%run)

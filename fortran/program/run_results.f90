@@ -205,7 +205,7 @@ contains
     call items%add('step', [run%step], 's, at most', ' of at most # s')
     call items%add('cuts', run%cuts, ', of which #'//trim(merge(' was cut ', ' were cut', run%cuts == 1)))
     items%silent = run%missed == 0
-    call items%add('missed', run%missed, ', # over energy_tolerance after '//str(c%max_halvings)//' halving'// &
+    call items%add('missed', run%missed, ', # over a tolerance after '//str(c%max_halvings)//' halving'// &
       trim(merge(' ', 's', c%max_halvings == 1)))
     items%silent = .false.
     call items%add('evaluations', run%evaluations, '; contact evaluations: #'//newline)

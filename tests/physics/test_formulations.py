@@ -235,7 +235,7 @@ def test_bilateral_order(tmp_path: Path):
     """On the way: a light wheelset that swings fast on cones, whose path bends evenly. Errors fall with the fourth
     power of the step."""
     case = cone_case(tmp_path, 3e-4).replace(
-        mass=20.0, roll_inertia=8.0, interval=0.01, t_end=1.0, stop_at="t_end", energy_tolerance=0.0)
+        mass=20.0, roll_inertia=8.0, interval=0.01, t_end=1.0, stop_at="t_end", energy_tolerance=0.0, error_tolerance=0.0)
     y = [run(case.replace(dt=dt)).data.Y.to_numpy() for dt in (0.01, 0.005, 0.0025, 2e-4)]
     errors = [np.abs(coarse - y[-1]).max() for coarse in y[:-1]]
     assert errors[0] > 1e-10 and 3.5 < order(errors) < 4.5
@@ -246,7 +246,7 @@ def test_unilateral_order(name: str, restitution: float):
     """At an instant after contacts of both flanges, with dozens of impacts, openings and closings on the way: errors fall
     at least with the fourth power of the step, for none of the events costs an order."""
     t_end = 8e-4*int(exercise(name, "unilateral", restitution).results["t"]/8e-4)
-    fixed = {"t_end": t_end, "stop_at": "t_end", "interval": 8e-4, "energy_tolerance": 0.0}
+    fixed = {"t_end": t_end, "stop_at": "t_end", "interval": 8e-4, "energy_tolerance": 0.0, "error_tolerance": 0.0}
     y = [exercise(name, "unilateral", restitution, dt=dt, **fixed).data.Y.iloc[-1] for dt in (8e-4, 4e-4, 2e-4, 2.5e-5)]
     errors = [abs(coarse - y[-1]) for coarse in y[:-1]]
     # Where no contact lasts only rounding is left, some 1e-11 m.

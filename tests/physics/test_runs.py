@@ -303,7 +303,7 @@ def test_halved_step(pair: str, shipped: dict[str, Run]):
     table = ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables()))
     for exercise in 1, 2, 3:
         case = Case.exercise(exercise, pair).replace(rows="interval")
-        finer = case.replace(dt=case.dt/2, energy_tolerance=case.energy_tolerance/32)
+        finer = case.replace(dt=case.dt/2, energy_tolerance=case.energy_tolerance/32, error_tolerance=case.error_tolerance/32)
         ours, half = (ldbench.run(one, table=table).data for one in (case, finer))
         last = min(len(ours), len(half)) - 1
         assert ours.time[last] == half.time[last] and abs(len(ours) - len(half)) <= 1

@@ -36,7 +36,7 @@ NINE_DIGITS = {"rtol": 5.1e-9, "atol": 1e-98, "equal_nan": True}
 
 def small(**changes: Any) -> ldbench.Case:
     return with_kept_table(ldbench.Case.exercise(3).replace(
-        **COARSE | {"dt": 2e-5, "t_end": 0.02, "energy_tolerance": 0.0} | changes))
+        **COARSE | {"dt": 2e-5, "t_end": 0.02, "energy_tolerance": 0.0, "error_tolerance": 0.0} | changes))
 
 
 @pytest.fixture(scope="module", params=KINDS)

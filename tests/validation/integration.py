@@ -181,7 +181,8 @@ def peak_error(reference: Reference, table: ContactTable, contact: str, t: float
 def refined(case: Case, factor: float) -> Case:
     """A case with steps `factor` as long, an energy tolerance that goes with them, and rows at equal intervals alone."""
     return case.replace(rows="interval", dt=factor*case.dt, interval=max(case.interval, factor*case.dt),
-                        energy_tolerance=factor**5*case.energy_tolerance)
+                        energy_tolerance=factor**5*case.energy_tolerance,
+                        error_tolerance=factor**5*case.error_tolerance)
 
 
 @dataclass

@@ -100,6 +100,8 @@ class Variables:
     integrator_t_end: Final[float]
     stop_at: Final[Literal["t_end", "return_to_centre", "derailment"]]
     integrator_stop_at: Final[Literal["t_end", "return_to_centre", "derailment"]]
+    error_tolerance: Final[float]
+    integrator_error_tolerance: Final[float]
     energy_tolerance: Final[float]
     integrator_energy_tolerance: Final[float]
     tolerance: Final[float]
@@ -111,8 +113,8 @@ class Variables:
     output_file: Final[str]
     interval: Final[float]
     output_interval: Final[float]
-    rows: Final[Literal["interval_and_events", "interval"]]
-    output_rows: Final[Literal["interval_and_events", "interval"]]
+    rows: Final[Literal["interval_and_events", "contacts", "interval"]]
+    output_rows: Final[Literal["interval_and_events", "contacts", "interval"]]
     pressures: Final[Literal["yes", "no"]]
     output_pressures: Final[Literal["yes", "no"]]
     judged: Final[Literal["yes", "no"]]
@@ -216,6 +218,8 @@ class Values(TypedDict, total=False):
     integrator_t_end: float
     stop_at: Literal["t_end", "return_to_centre", "derailment"]
     integrator_stop_at: Literal["t_end", "return_to_centre", "derailment"]
+    error_tolerance: float
+    integrator_error_tolerance: float
     energy_tolerance: float
     integrator_energy_tolerance: float
     tolerance: float
@@ -227,8 +231,8 @@ class Values(TypedDict, total=False):
     output_file: str | PathLike[str]
     interval: float
     output_interval: float
-    rows: Literal["interval_and_events", "interval"]
-    output_rows: Literal["interval_and_events", "interval"]
+    rows: Literal["interval_and_events", "contacts", "interval"]
+    output_rows: Literal["interval_and_events", "contacts", "interval"]
     pressures: Literal["yes", "no"]
     output_pressures: Literal["yes", "no"]
     judged: Literal["yes", "no"]
