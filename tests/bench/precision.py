@@ -88,8 +88,8 @@ Answer = tuple[float, float, int]           # Y at the end [m], NaN if it failed
 
 
 def by_ours(p: Problem, dt: float, energy_tolerance: float = 0.0, error_tolerance: float = 0.0, **scheme: object) -> Answer:
-    case = p.case.replace(dt=min(dt, p.t_end/ROWS), energy_tolerance=energy_tolerance, error_tolerance=error_tolerance, stop_at="t_end", t_end=p.t_end,
-                          rows="interval", interval=p.t_end/ROWS, **scheme)
+    case = p.case.replace(dt=min(dt, p.t_end/ROWS), energy_tolerance=energy_tolerance, error_tolerance=error_tolerance,
+                          stop_at="t_end", t_end=p.t_end, rows="interval", interval=p.t_end/ROWS, **scheme)
     try:
         run = compute(case, table=p.table)
     except ldbench.Error:

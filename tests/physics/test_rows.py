@@ -57,8 +57,8 @@ def test_events_are_rows(changes: dict, both: Callable):
 def test_events_of_long_implicit_steps_are_rows(shipped: dict[str, Run]):
     """Also where a contact closes and turns within a step, so that it is dated to the start of the step."""
     for dt in np.linspace(2e-4, 2e-3, 4):
-        done = run(Case.exercise(2).replace(dt=dt, interval=dt, energy_tolerance=0.0, error_tolerance=0.0, stop_at="t_end", t_end=0.12,
-                                            table_folder=kept_tables(), beta=0.25, order=2))
+        done = run(Case.exercise(2).replace(dt=dt, interval=dt, energy_tolerance=0.0, error_tolerance=0.0, stop_at="t_end",
+                                            t_end=0.12, table_folder=kept_tables(), beta=0.25, order=2))
         assert np.isfinite(done.data.to_numpy()[:, :5]).all()
         for event in done.events:
             if event.kind.endswith(("contact", "landing", "lift-off")):

@@ -399,8 +399,9 @@ ABSTRACT = [
          lambda w: [100*max(raw.errors()[at][k] for raw in (w.thrown, w.pushed) if at in raw.errors())
                     for at in ("tread", "flange", "both", "going_over") for k in range(2)]),
     Line(r"angle is at least (\S+)° at", "least angle of a flange [deg]", lambda w: DEG*w.thrown.setting("flange_angle")),
-    Line(r"tolerance of (\S+) J, and at most \d+ µs long in exercise 5, with a tolerance of (\S+) J", "tolerances [J]",
-         lambda w: (w.thrown.setting("energy_tolerance"), w.pushed.setting("energy_tolerance"))),
+    Line(r"tolerances of (\S+) m and (\S+) J, and at most \d+ µs long in exercise 5, with tolerances of (\S+) m and (\S+) J",
+         "tolerances [m, J]", lambda w: tuple(raw.setting(f"{kind}_tolerance") for raw in (w.thrown, w.pushed)
+                                              for kind in ("error", "energy"))),
     Line(r"presses an area of (\S+) mm²", "largest first patch of a flange [mm2]: the table has it", lambda w: 533),
     Line(r"steps (\d+ \d+) (\d+ \d+) mean", "steps", lambda w: (w.thrown.result("steps"), w.pushed.result("steps"))),
     Line(r"evaluations of the force (\d+ \d+) (\d+ \d+) Table", "evaluations",

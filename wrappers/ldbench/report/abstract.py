@@ -105,7 +105,8 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         **{f"drift_{group}": scientific(max([rows[run]["drift_relative"] for run in own], default=0.0))
            for group, own in groups.items()},
         **{f"steps_{group}": sorted({f"{1e6*rows[run]['step']:.3g}" for run in own}, key=float) for group, own in groups.items()},
-        **{f"{name}_{group}": listed(own, name) for group, own in groups.items() for name in ("order", "energy_tolerance")},
+        **{f"{name}_{group}": listed(own, name) for group, own in groups.items() for name in (
+            "order", "error_tolerance", "energy_tolerance")},
         # Whether the runs have the integrator that the text describes.
         "explicit": all(run.case.order == 4 and run.case.energy_tolerance > 0 for run in runs),
         "calm": [f"{speed:g}" for speed, lifted in sorted(lifts.items()) if not any(lifted)],
