@@ -98,7 +98,7 @@ RESULTS = {
     "largest_roll, smallest_roll": ("rad", "largest and smallest roll of all steps"),
     "t_farthest_left, t_farthest_right, t_farthest_up, t_farthest_down, t_largest_roll, t_smallest_roll": ("s", "times of these"),
     "t_first_centre": ("s", "first passage of the centre after a flange has touched"),
-    "t_return": ("s", "first passage of the centre after both flanges have touched"),
+    "t_return": ("s", "first passage of the centre after the wheelset has turned back on both sides"),
     "t_unloaded, t_derailment": ("s", "times at which a wheel lifts for good, and of the derailment"),
     "F_unloaded, F_derailment": ("N", "lateral forces at these times"),
     "peak_N_C": ("N", "largest normal force of a contact, over all steps"),

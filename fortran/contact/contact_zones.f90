@@ -3,17 +3,17 @@
 !> The wheel is cut at places that cannot touch: in the arcs whose curvature relative to the rail's point with the same normal
 !> is negative, at the mean of the angles of the arc's ends. So a zone mostly holds one patch that moves smoothly, which makes
 !> the elastic energy smooth in the pose. Zones are coordinates of the contact table. Whether a contact is called the tread's
-!> or the flange's is another question, which `is_flange` answers.
+!> or the flange's is another question, which the border of a side answers.
 module contact_zones
   use kinds, only: degree, dp
   use wheel_rail_pair, only: pair_type, rail_curvature, window
   implicit none
   private
-  public :: zone_type, side_type, find_zones, is_flange, is_steep, threshold_at, max_zones, least_turn
+  public :: zone_type, side_type, find_zones, on_flange, border_station, max_zones, least_turn
 
   integer, parameter :: max_zones = 6
 
-  !> Least contact angle of a flange contact, unless the case has another one: 25 degrees [rad].
+  !> Least angle of the flange's points of the wheel, unless the case has another one: 25 degrees [rad].
   real(dp), parameter, public :: usual_flange_angle = 0.4363_dp
 
   !> A stretch of the wheel between two cuts.
@@ -29,7 +29,7 @@ module contact_zones
     type(pair_type) :: pair
     type(zone_type), allocatable :: zones(:)   !! ordered from the tread to the flange
     real(dp) :: clearance = 0          !! lateral way of the centred rigid wheelset until this flange touches [m]
-    real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`
+    real(dp) :: border = 0             !! station of the wheel between flange and tread [m]
   end type side_type
 
   !> An arc of the wheel that cannot touch.
@@ -72,31 +72,30 @@ contains
     end do
   end subroutine find_zones
 
-  !> Whether a contact with a force or a normal n of the rail, at station s [m] of the wheel, is the flange's: it is steep, or on
-  !> the flange's tip.
-  pure logical function is_flange(side, n, s)
+  !> The station [m] of a wheel at which its tread ends and its flange begins: from the running point, the first one that is at
+  !> least as steep as `angle`. If none is, the flange begins at the steepest one, so that the flange's tip is always the flange's.
+  pure real(dp) function border_station(pair, angle) result(s)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: angle          !! `flange_angle` of the case [rad]
+    integer :: running, i
+
+    running = count(pair%s <= pair%centred_station)
+    i = pair%steepest - 1 + findloc(pair%angle(pair%steepest:running) >= angle, .true., 1, back=.true.)
+    i = max(i, pair%steepest)
+    s = pair%s(i)
+    if (pair%angle(i) < angle .or. i == running) return
+    associate (a => pair%angle(i:i + 1))
+      s = s + (pair%s(i + 1) - s)*(a(1) - angle)/(a(1) - a(2))
+    end associate
+  end function border_station
+
+  !> Whether the station s [m] of the wheel of a side is the flange's.
+  pure logical function on_flange(side, s)
     type(side_type), intent(in) :: side
-    real(dp), intent(in) :: n(2)           !! as on the left side
     real(dp), intent(in) :: s
 
-    is_flange = is_steep(side%threshold, n) .or. s < side%pair%s(side%pair%steepest)
-  end function is_flange
-
-  !> Whether the contact angle of a force or a normal n of the rail is at least that of a threshold.
-  pure logical function is_steep(threshold, n)
-    real(dp), intent(in) :: threshold(2)   !! of `threshold_at`
-    real(dp), intent(in) :: n(2)           !! as on the left side
-
-    is_steep = -n(1)*threshold(1) - n(2)*threshold(2) >= 0
-  end function is_steep
-
-  !> The threshold of a least contact angle [rad]: its cosine and sine.
-  pure function threshold_at(angle) result(threshold)
-    real(dp), intent(in) :: angle
-    real(dp) :: threshold(2)
-
-    threshold = [cos(angle), sin(angle)]
-  end function threshold_at
+    on_flange = s < side%border
+  end function on_flange
 
   !> Find the arcs of negative relative curvature, from the running point to the flange face.
   pure subroutine find_gaps(pair, running, least, gaps)

@@ -3,7 +3,7 @@
 module rigid_geometry
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use root_bracket, only: bracket_type
-  use contact_zones, only: is_flange, side_type
+  use contact_zones, only: on_flange, side_type
   use curve, only: curve_frame
   use station_scan, only: new_scan, scan_type, touch
   use wheel_rail_pair, only: pair_type, rolled
@@ -100,8 +100,8 @@ contains
 
   end subroutine rigid_contact
 
-  !> Lateral displacement y [m] at which the contact of the left wheel of the rigid wheelset becomes the flange's: its angle
-  !> exceeds the threshold of the side, or jumps past it. `ok` is false where there is none between 0 and 0.05 m.
+  !> Lateral displacement y [m] at which the contact of the left wheel of the rigid wheelset moves, or jumps, onto the flange. `ok`
+  !> is false where there is none between 0 and 0.05 m.
   subroutine clearance(side, y, ok)
     type(side_type), intent(in) :: side(:)    !! left, right
     real(dp), intent(out) :: y
@@ -136,14 +136,12 @@ contains
     !> Whether the left wheel stands on its flange, or the wheelset does not stand on both rails.
     logical function touches_flange(y)
       real(dp), intent(in) :: y
-      real(dp) :: roll, z, station(2), r(2), angle, curvature
+      real(dp) :: roll, z, station(2)
       logical :: ok
 
       call rigid_contact(side, y, roll, z, station, ok)
       touches_flange = .not. ok
-      if (.not. ok) return
-      call curve_frame(side(1)%pair%wheel, station(1), r, angle, curvature)
-      touches_flange = is_flange(side(1), [-sin(angle + roll), cos(angle + roll)], station(1))
+      if (ok) touches_flange = on_flange(side(1), station(1))
     end function touches_flange
 
   end subroutine clearance

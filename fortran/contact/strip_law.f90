@@ -18,7 +18,7 @@ module strip_law
   use wheel_rail_pair, only: least_cosine, pair_type, rail_curvature
   implicit none
   private
-  public :: zone_energy
+  public :: zone_energy, modulus_near
 
   real(dp), parameter :: least_ratio = 0.02_dp    ! B/A: longer patches are line contacts
 
@@ -60,6 +60,14 @@ contains
     call relative_curvatures(pair, i, roll, A, B)
     k = strip_modulus(e_star, A, B)*hypot(pair%t(1, i), pair%t(2, i))
   end function modulus_at
+
+  !> Strip modulus k [Pa] at the station of the wheel after s [m], for a roll angle.
+  pure real(dp) function modulus_near(pair, s, e_star, roll) result(k)
+    type(pair_type), intent(in) :: pair
+    real(dp), intent(in) :: s, e_star, roll   !! [m, Pa, rad]
+
+    k = modulus_at(pair, min(count(pair%s < s) + 1, size(pair%s)), e_star, roll)
+  end function modulus_near
 
   !> Elastic energy [J] of a zone in the pose of a scan.
   pure real(dp) function zone_energy(pair, zone, model, e_star, roll, scan) result(energy)

@@ -5,22 +5,26 @@
 !> wheelset moves outwards, and the lateral force does not draw it inwards. From there the crown pushes the flange
 !> outwards, and the tread of the other wheel rolls down its cone (tried by section `derailment` of `make validate`).
 !> A flange whose tip is over the gauge corner, in flight or on the rail's head, has not derailed: it may come down
-!> inside. This is a separate event, after which the run goes on.
+!> inside. This is a separate event, after which the run goes on. A wheelset may also overturn about a rail with its flange
+!> beside it, and leave what the contact table covers before its flange is over the rail: then it has derailed there.
 !>
-!> A flange met its rail when a contact closes whose contact angle is at least the threshold of the case, or when the
-!> angle of a closed contact passes the threshold: then the contact of the flange closes in the state of the contacts.
+!> A flange met its rail when a contact closes on it, or when a patch of the tread moves over the border onto it; the event says
+!> which. The wheelset has turned back on a side when its lateral velocity changes from outwards to inwards there.
 !>
-!> Times of events lie within the steps. The time at which an elastic contact closes or opens follows from the contact's
-!> energy, which is proportional to p^(5/2) of the penetration p, and from the rate of that energy. All other times are
-!> interpolated linearly. With rigid contacts a step ends where a contact opens or closes.
+!> Times of events lie within the steps. Between the ends of a step of elastic contacts the pose is that quintic in time whose
+!> values, velocities and accelerations are those of both ends, which is as exact as the steps are. Contacts are evaluated there
+!> until the time of a change is known to a nanosecond. With rigid contacts a step ends where a contact opens or closes, and other
+!> times are interpolated linearly.
 module events
   use contact_zones, only: side_type
   use kinds, only: dp
   use motion_state, only: motion_type
-  use wheelset, only: closed, external_force, flanges, outwards, treads, wheelset_type
+  use root_bracket, only: bracket_type
+  use step_times, only: find_change, pose_between
+  use wheelset, only: closed, contact_state, external_force, flanges, outwards, right_tread, treads, wheelset_type
   implicit none
   private
-  public :: event_log, event_type, watch, event_kinds, elastic_kinds, impact, kept, never
+  public :: event_log, event_type, moment_type, watch, note_overturning, event_kinds, elastic_kinds, causes, impact, kept, never
 
   character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
@@ -31,10 +35,16 @@ module events
     over_rail(2) = [8, 9], derailment = 10, impact = 11, rail_pulls = 12
   integer, parameter :: elastic_kinds = 10  !! number of kinds that elastic contacts have: the first ones
 
+  !> Why a flange meets its rail: a contact closes, or a patch of the tread moves onto the flange.
+  character(6), parameter :: causes(2) = [character(6) :: 'closes', 'moves']
+  integer, parameter :: closes = 1, moves = 2
+
   integer, parameter :: kept = 5            !! events of a kind that are recorded; later ones are counted
   integer, parameter :: kept_impacts = 100  !! impacts that are recorded
   integer, parameter :: most_moments = 12   ! in a step: one event of a kind, four changes of contacts
   real(dp), parameter :: aside = 1e-6_dp    !! from the centre, before a passage counts [m]
+
+  integer, parameter :: centre = 1, gauge = 2, crown = 3    ! measures of the pose
 
   real(dp), parameter :: never = huge(1.0_dp)
 
@@ -43,9 +53,17 @@ module events
     real(dp) :: t = never          !! [s]
     real(dp) :: force = 0          !! lateral force at the time of the event [N]
     real(dp) :: angle = 0          !! contact angle of a flange contact; 0 if not known [rad]
+    integer :: cause = 0           !! of a flange contact, in `causes`; 0 of other events
     real(dp) :: impulse(4) = 0     !! impulse of an impact, by contact [N s]
     real(dp) :: loss = 0           !! energy lost in an impact [J]
   end type event_type
+
+  !> A time of a step that has a row.
+  type :: moment_type
+    real(dp) :: t = 0              !! [s]
+    integer :: contact = 0         !! the contact that changes then; 0 without one
+    logical :: closed = .false.    !! whether it is closed from then on
+  end type moment_type
 
   !> Times are `never` for what has not happened.
   type :: event_log
@@ -56,12 +74,14 @@ module events
     real(dp) :: touched(4) = never    !! first touch of each contact [s]
     real(dp) :: opened(4) = never     !! first opening of each contact [s]
     real(dp) :: passed = never        !! first passage of the centre after a flange has touched [s]
-    real(dp) :: returned = never      !! first passage of the centre after both flanges have touched [s]
+    logical :: turned(2) = .false.    !! the wheelset has turned back on the left and on the right side
+    logical :: flanged(2) = .false.   !! the flange had touched when the wheelset last turned back on that side
+    real(dp) :: returned = never      !! first passage of the centre after it has turned back on both sides [s]
     real(dp) :: lifted(2) = never     !! last lift-off of the left and of the right wheel [s]
     type(event_type) :: derailed      !! the derailment
     type(event_type) :: unloaded      !! the last lift-off of the wheel that is off its rail at the derailment
     integer :: n_moments = 0
-    real(dp) :: moments(most_moments) = 0   !! times of events and of changes of contacts in the last step [s]
+    type(moment_type) :: moments(most_moments)   !! times of events and of changes of contacts in the last step
   end type event_log
 
 contains
@@ -72,116 +92,159 @@ contains
     type(wheelset_type), intent(in) :: w
     type(motion_type), intent(in) :: old, new
     type(side_type), intent(in) :: side(:)  !! left, right
+    real(dp), parameter :: apart = 2e-9_dp  ! times closer than this are one [s]
     real(dp) :: dt
-    logical :: was_closed(4), is_closed(4), met(4), wheel_was_on, wheel_met
-    integer :: k
+    real(dp) :: time(4)                     ! at which contacts changed [s]
+    type(contact_state) :: state(2)         ! of each wheel when its flange's contact closed
+    logical :: was_closed(4), is_closed(4), met(4), wheel_was_on, wheel_met, elastic, over_border
+    integer :: k, pair(2)
 
     log%n_moments = 0
     dt = new%t - old%t
+    elastic = associated(w%table)
     was_closed = closed(old%contact)
     is_closed = closed(new%contact)
     met = is_closed .or. new%contact%struck      ! contacts that have a force at the end of the step, or an impulse
-    do k = 1, 2
-      if (met(flanges(k)) .and. .not. was_closed(flanges(k))) &
-        call record(log, w, event_type(flange_contact(k), closing(flanges(k)), angle=contact_angle(new, k)))
-    end do
+    state = new%contact
     if (any(was_closed .neqv. is_closed) .or. any(new%contact%struck)) then
+      call date_changes()
       do k = 1, 2
-        wheel_was_on = was_closed(treads(k)) .or. was_closed(flanges(k))
-        wheel_met = met(treads(k)) .or. met(flanges(k))
+        if (.not. met(flanges(k)) .or. was_closed(flanges(k))) cycle
+        ! A patch that moves is on the tread, too, when it comes onto the flange.
+        over_border = merge(state(k)%shared(k), .not. any(new%contact%struck), elastic) .and. (was_closed(treads(k)) .or. &
+          (is_closed(treads(k)) .and. time(treads(k)) < time(flanges(k)) - apart))
+        call record(log, w, event_type(flange_contact(k), time(flanges(k)), angle=contact_angle(state(k), k), &
+          cause=merge(moves, closes, over_border)))
+      end do
+      do k = 1, 2
+        pair = [treads(k), flanges(k)]
+        wheel_was_on = any(was_closed(pair))
+        wheel_met = any(met(pair))
         if (wheel_met .and. .not. wheel_was_on) &
-          call record(log, w, event_type(landing(k), min(closing(treads(k)), closing(flanges(k)))))
-        if ((wheel_met .or. wheel_was_on) .and. .not. (is_closed(treads(k)) .or. is_closed(flanges(k)))) &
-          call note_lift_off(log, w, k, max(opening(treads(k)), opening(flanges(k))))
+          call record(log, w, event_type(landing(k), minval(time(pair), met(pair))))
+        if ((wheel_met .or. wheel_was_on) .and. .not. any(is_closed(pair))) &
+          call note_lift_off(log, w, k, maxval(time(pair), met(pair) .or. was_closed(pair)))
       end do
       do k = 1, 4
-        if (is_closed(k) .and. .not. was_closed(k)) call add_moment(log, closing(k))
-        if (was_closed(k) .and. .not. is_closed(k)) call add_moment(log, opening(k))
-        if (met(k) .and. .not. was_closed(k)) log%touched(k) = min(log%touched(k), closing(k))
-        if ((met(k) .or. was_closed(k)) .and. .not. is_closed(k)) log%opened(k) = min(log%opened(k), opening(k))
+        if (met(k) .or. was_closed(k)) then
+          if (.not. (is_closed(k) .and. was_closed(k))) call add_moment(log, moment_type(time(k), k, is_closed(k)))
+        end if
+        if (met(k) .and. .not. was_closed(k)) log%touched(k) = min(log%touched(k), time(k))
+        if ((met(k) .or. was_closed(k)) .and. .not. is_closed(k)) log%opened(k) = min(log%opened(k), time(k))
       end do
     end if
+    do k = 1, 2
+      if (outwards(k)*old%v(1) <= 0 .or. outwards(k)*new%v(1) > 0 .or. outwards(k)*new%q(1) <= 0) cycle
+      log%turned(k) = .true.
+      log%flanged(k) = log%flanged(k) .or. log%counts(flange_contact(k)) > 0
+    end do
     log%away = log%away .or. abs(old%q(1)) > aside
     if (log%away .and. old%q(1)*new%q(1) <= 0) then
       log%away = .false.
-      call note_passage(log, w, zero_between(old%q(1), new%q(1)))
+      call note_passage(log, w, when(centre, 1))
     end if
     if (any(new%contact%pulls .and. .not. old%contact%pulls)) &
-      call record(log, w, event_type(rail_pulls, new%t - dt*share_of_pull(old, new)))
+      call record_with_row(log, w, event_type(rail_pulls, new%t - dt*share_of_pull(old, new)))
     call watch_flange_tips()
     if (any(new%contact%struck)) &
-      call record(log, w, event_type(impact, new%t, impulse=new%impulse - old%impulse, loss=new%loss - old%loss))
+      call record_with_row(log, w, event_type(impact, new%t, impulse=new%impulse - old%impulse, loss=new%loss - old%loss))
 
   contains
-
     !> Flanges over the rail: outside the gauge line and higher than the head's shoulders. Derailment: outside the crown.
     subroutine watch_flange_tips()
-      real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
-      real(dp) :: tip(2, 2), tip_before(2, 2), over(2), over_before(2), past(2), past_before(2)
-      integer :: other                            ! side
-
-      tip = flange_tips(new%q, side)
-      over = min(tip(2, :) + shoulder, tip(1, :) - side%pair%gauge_face)
-      if (all(over <= 0)) return
-      tip_before = flange_tips(old%q, side)
-      over_before = min(tip_before(2, :) + shoulder, tip_before(1, :) - side%pair%gauge_face)
       do k = 1, 2
-        if (over(k) > 0 .and. over_before(k) <= 0) &
-          call record(log, w, event_type(over_rail(k), zero_between(over_before(k), over(k))))
+        if (measure(gauge, k, new%q, side) > 0 .and. measure(gauge, k, old%q, side) <= 0) &
+          call record_with_row(log, w, event_type(over_rail(k), when(gauge, k)))
       end do
       if (log%derailed%t < never) return
-      past = tip(1, :) - side%pair%crown
-      past_before = min(tip_before(1, :) - side%pair%crown, 0.0_dp)
       do k = 1, 2
-        if (past(k) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*lateral_force(w, new%t) < 0) cycle
-        log%derailed = event_type(derailment, zero_between(past_before(k), past(k)))
-        log%derailed%force = lateral_force(w, log%derailed%t)
-        call record(log, w, log%derailed)
-        other = merge(2, 1, k == 1)
-        if (any(is_closed([treads(other), flanges(other)]))) cycle
-        log%unloaded = event_type(lift_off(other), log%lifted(other))
-        log%unloaded%force = lateral_force(w, log%unloaded%t)
+        if (measure(crown, k, new%q, side) <= 0 .or. outwards(k)*new%v(1) <= 0 .or. outwards(k)*lateral_force(w, new%t) < 0) cycle
+        call note_derailment(log, w, k, when(crown, k), is_closed)
       end do
     end subroutine watch_flange_tips
 
-    !> Time at which a quantity that changes linearly in the step is zero.
-    real(dp) function zero_between(before, after) result(t)
-      real(dp), intent(in) :: before, after
+    !> Date the changes of contacts. Those of rigid contacts are at the end of the step.
+    subroutine date_changes()
+      type(contact_state) :: just_closed
+      integer :: contact
 
-      t = new%t - dt*after/(after - before)
-    end function zero_between
+      time = new%t
+      if (.not. elastic) return
+      do contact = 1, 4
+        if (is_closed(contact) .eqv. was_closed(contact)) cycle
+        call find_change(w, old, new, contact, time(contact), just_closed)
+        if (is_closed(contact) .and. any(flanges == contact)) state(merge(1, 2, contact < right_tread)) = just_closed
+      end do
+    end subroutine date_changes
 
-    !> Time at which a contact closed that is closed at the end of the step.
-    real(dp) function closing(contact) result(t)
-      integer, intent(in) :: contact
+    !> Time in the step at which a measure of the pose is zero that has different signs at its ends.
+    real(dp) function when(what, k) result(t)
+      integer, intent(in) :: what            !! centre, gauge or crown
+      integer, intent(in) :: k               !! side
+      real(dp), parameter :: close = 1e-12_dp   ! share of the step
+      type(bracket_type) :: range
+      real(dp) :: u, x
+      integer :: iter
 
-      t = new%t
-      if (is_closed(contact) .and. .not. new%contact%rigid(contact)) t = t - min(dt, lapse(new, contact))
-    end function closing
-
-    !> Time at which a contact opened that was closed at the start of the step.
-    real(dp) function opening(contact) result(t)
-      integer, intent(in) :: contact
-
-      t = old%t
-      if (old%contact%rigid(contact) .or. new%contact%struck(contact)) then
-        t = new%t
-      else if (was_closed(contact)) then
-        t = t + min(dt, lapse(old, contact))
+      range = bracket_type(0.0_dp, measure(what, k, old%q, side), 1.0_dp, measure(what, k, new%q, side))
+      u = range%guess()
+      if (range%fa*range%fb > 0) u = 0
+      if (elastic .and. range%fa*range%fb < 0) then
+        do iter = 1, 60
+          u = range%guess()
+          x = measure(what, k, pose_between(old, new, u), side)
+          if (abs(x) <= 0 .or. abs(range%b - range%a) <= close) exit
+          call range%narrow(u, x)
+        end do
       end if
-    end function opening
-
-    !> Time in which the penetration changes by its own size [s].
-    real(dp) function lapse(motion, contact)
-      type(motion_type), intent(in) :: motion
-      integer, intent(in) :: contact
-      real(dp) :: rate
-
-      rate = abs(dot_product(motion%contact%slope(:, contact), motion%v))
-      lapse = 2.5_dp*motion%contact%energy(contact)/max(rate, motion%contact%energy(contact)/dt)
-    end function lapse
+      t = old%t + u*dt
+    end function when
 
   end subroutine watch
+
+  !> Record the derailment of a wheelset that overturns, at the end of what the table covers. It overturns over one rail if the
+  !> other wheel is off its rail with its flange's tip above the rail, the resultant of weight and lateral force passes outside
+  !> the rail, and the wheelset moves and rolls outwards.
+  subroutine note_overturning(log, w, motion, side)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    type(motion_type), intent(in) :: motion
+    type(side_type), intent(in) :: side(2)
+    real(dp) :: tip(2, 2), force(3)
+    logical :: is_closed(4)
+    integer :: k, other
+
+    if (log%derailed%t < never) return
+    tip = flange_tips(motion%q, side)
+    force = external_force(w, motion%t)
+    is_closed = closed(motion%contact)
+    do k = 1, 2
+      other = 3 - k
+      if (any(is_closed([treads(other), flanges(other)])) .or. tip(2, other) <= 0) cycle
+      if (min(outwards(k)*motion%v(1), -outwards(k)*motion%v(3)) <= 0) cycle
+      if (outwards(k)*(motion%q(1) - motion%q(2)*force(1)/force(2)) <= side(k)%pair%gauge_face) cycle
+      call note_derailment(log, w, k, motion%t, is_closed)
+      return
+    end do
+  end subroutine note_overturning
+
+  !> The wheelset derails over the rail of side k.
+  subroutine note_derailment(log, w, k, t, is_closed)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    integer, intent(in) :: k                !! 1 left, 2 right
+    real(dp), intent(in) :: t               !! [s]
+    logical, intent(in) :: is_closed(4)     !! contacts at the end of the step
+    integer :: other
+
+    log%derailed = event_type(derailment, t)
+    log%derailed%force = lateral_force(w, t)
+    call record_with_row(log, w, log%derailed)
+    other = 3 - k
+    if (any(is_closed([treads(other), flanges(other)]))) return
+    log%unloaded = event_type(lift_off(other), log%lifted(other))
+    log%unloaded%force = lateral_force(w, log%unloaded%t)
+  end subroutine note_derailment
 
   subroutine note_lift_off(log, w, k, t)
     type(event_log), intent(inout) :: log
@@ -200,20 +263,20 @@ contains
     real(dp), intent(in) :: t              !! [s]
 
     if (any(log%counts(flange_contact) > 0)) log%passed = min(log%passed, t)
-    if (all(log%counts(flange_contact) > 0)) log%returned = min(log%returned, t)
-    call record(log, w, event_type(centre_passage, t))
+    if (all(log%turned)) log%returned = min(log%returned, t)
+    call record_with_row(log, w, event_type(centre_passage, t))
   end subroutine note_passage
 
   !> Contact angle of the flange on side k [rad]; 0 if the contact has no force.
-  pure real(dp) function contact_angle(motion, k) result(angle)
-    type(motion_type), intent(in) :: motion
+  pure real(dp) function contact_angle(state, k) result(angle)
+    type(contact_state), intent(in) :: state
     integer, intent(in) :: k
 
     angle = 0
-    associate (slope => motion%contact%slope(:, flanges(k)))
+    associate (slope => state%slope(:, flanges(k)))
       ! A rail that pulls has a force against the normal.
       if (norm2(slope(:2)) > 0) angle = max(0.0_dp, merge(atan2(-outwards(k)*slope(1), slope(2)), &
-        atan2(outwards(k)*slope(1), -slope(2)), motion%contact%pulls(flanges(k))))
+        atan2(outwards(k)*slope(1), -slope(2)), state%pulls(flanges(k))))
     end associate
   end function contact_angle
 
@@ -233,13 +296,22 @@ contains
     end do
   end function share_of_pull
 
+  !> Record an event that has a row without a change of a contact.
+  subroutine record_with_row(log, w, event)
+    type(event_log), intent(inout) :: log
+    type(wheelset_type), intent(in) :: w
+    type(event_type), intent(in) :: event
+
+    call add_moment(log, moment_type(event%t))
+    call record(log, w, event)
+  end subroutine record_with_row
+
   !> Count an event, and keep it with the lateral force if it is among the first of its kind.
   subroutine record(log, w, event)
     type(event_log), intent(inout) :: log
     type(wheelset_type), intent(in) :: w
     type(event_type), intent(in) :: event
 
-    call add_moment(log, event%t)
     log%counts(event%kind) = log%counts(event%kind) + 1
     if (log%counts(event%kind) > merge(kept_impacts, kept, event%kind == impact)) return
     log%n = log%n + 1
@@ -257,14 +329,30 @@ contains
     lateral_force = force(1)
   end function lateral_force
 
-  subroutine add_moment(log, time)
+  subroutine add_moment(log, moment)
     type(event_log), intent(inout) :: log
-    real(dp), intent(in) :: time            !! [s]
+    type(moment_type), intent(in) :: moment
 
     if (log%n_moments == most_moments) return
     log%n_moments = log%n_moments + 1
-    log%moments(log%n_moments) = time
+    log%moments(log%n_moments) = moment
   end subroutine add_moment
+
+  !> How far the wheelset is to the left of the centre, the flange of side k over the rail, or its tip outside the crown [m].
+  pure real(dp) function measure(what, k, q, side)
+    integer, intent(in) :: what             !! centre, gauge or crown
+    integer, intent(in) :: k                !! 1 left, 2 right
+    real(dp), intent(in) :: q(3)
+    type(side_type), intent(in) :: side(2)
+    real(dp), parameter :: shoulder = 3e-3_dp   ! the crown's fall to its shoulders, and elastic depth [m]
+    real(dp) :: tip(2, 2)
+
+    measure = q(1)
+    if (what == centre) return
+    tip = flange_tips(q, side)
+    measure = tip(1, k) - side(k)%pair%crown
+    if (what == gauge) measure = min(tip(2, k) + shoulder, tip(1, k) - side(k)%pair%gauge_face)
+  end function measure
 
   !> Positions of the flanges' tips: outwards from the track's centre and upwards from top of rail [m], by side.
   pure function flange_tips(q, side) result(tip)

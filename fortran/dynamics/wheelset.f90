@@ -4,7 +4,7 @@ module wheelset
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: dp, gravity, pi
   use root_bracket, only: bracket_type
-  use contact_table, only: find_roll, table_type
+  use contact_table, only: find_roll, table_type, wheel_force
   use table_growth, only: grown_potential
   use zone_tables, only: inside, roll_type
   use wheel_rail_pair, only: mirror
@@ -53,6 +53,7 @@ module wheelset
     real(dp) :: gradient(3) = 0        !! their sum [N, N, N m]
     real(dp) :: hessian(6) = 0         !! second derivatives of the energy: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
     integer :: status = inside         !! whether the pose is on the table
+    logical :: shared(2) = .false.     !! a patch of the left or of the right wheel is on tread and flange
     ! Rigid contacts have no energy. These flags say that a contact is closed, that it has just had an impulse, or that its
     ! force is negative because the rail holds the wheel down.
     logical, dimension(4) :: rigid = .false., struck = .false., pulls = .false.
@@ -101,7 +102,7 @@ contains
     logical, intent(in), optional :: with_hessian
     integer, intent(in), optional :: wheel   !! 1 left, 2 right; 0 or absent: both
     type(roll_type) :: roll, opposite, unused
-    real(dp) :: left(6), right(6)
+    type(wheel_force) :: left, right
     real(dp), parameter :: mirror_hessian(6) = [1, -1, 1, 1, -1, 1]
     integer :: only, status, i
     logical :: wanted
@@ -115,19 +116,22 @@ contains
       call find_roll(this%right_table, q(3), wanted, unused, opposite, state%status)
     if (state%status /= inside) return
     if (only /= 2) then
-      call grown_potential(this%table, q, roll, wanted, state%energy(:2), state%slope(:, :2), left, state%status)
-      if (wanted) state%hessian = left
+      call grown_potential(this%table, q, roll, wanted, left, state%status)
+      state%energy(:2) = left%energy
+      state%slope(:, :2) = left%gradient
     end if
     if (only /= 1) then
       ! The right wheel is solved as the mirror image of a left one.
-      call grown_potential(this%right_table, mirror*q, opposite, wanted, state%energy(3:), state%slope(:, 3:), right, status)
-      do i = 3, 4
-        state%slope(:, i) = mirror*state%slope(:, i)
+      call grown_potential(this%right_table, mirror*q, opposite, wanted, right, status)
+      state%energy(3:) = right%energy
+      do i = 1, 2
+        state%slope(:, i + 2) = mirror*right%gradient(:, i)
       end do
-      if (wanted) state%hessian = state%hessian + mirror_hessian*right
       if (status /= inside) state%status = status
     end if
-    state%gradient = total(state%slope)
+    state%gradient = left%total + mirror*right%total
+    state%hessian = left%hessian + mirror_hessian*right%hessian
+    state%shared = [left%shared, right%shared]
   end subroutine contacts
 
   !> The matrix of a Hessian yy, yz, y roll, zz, z roll, roll roll.

@@ -155,7 +155,7 @@ contains
     call all%add('contact', 'bodies', c%bodies, '', &
       'file that says what wheel and rail differ by from half-spaces, with influence = ''bodies''')
     call all%add('contact', 'flange_angle', c%flange_angle, 0.1_dp, 1.2_dp, 'rad', &
-      'least contact angle of a flange contact; contacts at smaller angles belong to the tread')
+      'angle from which points of the wheel belong to the flange; less steep ones belong to the tread')
     call all%add('contact', 'stiffness_scale', c%stiffness_scale, 1e-4_dp, 1e8_dp, '1', 'factor on the elastic modulus')
     call all%add('table', 'folder', c%table_folder, '', &
       'folder that keeps what was solved of contact tables for later runs; the empty name keeps nothing')

@@ -2,8 +2,9 @@
 module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use rigid_geometry, only: geometry_at
-  use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll
-  use errors, only: append_advice, error_type, fatal_error, refuse
+  use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll, unsettled
+  use errors, only: append_advice, error_type, refuse
+  use events, only: moment_type, never, note_overturning
   use kinds, only: dp
   use motion_state, only: motion_type
   use cut_steps, only: cut_step, cutting_type, short_step, step_watcher
@@ -12,6 +13,7 @@ module elastic_run
   use row_sink, only: at_event
   use run_monitor, only: normal_forces, instant, run_monitor_type
   use text, only: str
+  use wheelset, only: closed
   implicit none
   private
   public :: start_elastic, elastic_step
@@ -23,7 +25,7 @@ module elastic_run
     type(run_monitor_type), pointer :: monitor => null()
   contains
     procedure :: after_step
-    procedure, private :: note_between, step_aside
+    procedure, private :: note_between, note_moment, step_aside
   end type row_watcher
 
 contains
@@ -73,7 +75,13 @@ contains
       run%cuts = run%cuts + watcher%cuts
       run%missed = run%missed + watcher%missed
       run%evaluations = run%evaluations + watcher%evaluations
-      if (status /= step_ok) call report_failure(monitor, motion, run%step, status, error)
+      if (status == step_ok .or. allocated(error)) return
+      ! A wheelset that has derailed, or that overturns, leaves the table, which ends the run.
+      if (any(status == [outside_lateral, outside_roll, outside_depth])) then
+        call note_overturning(run%log, monitor%setup%wheelset, motion, monitor%setup%side)
+        run%gone = run%log%derailed%t < never
+      end if
+      if (.not. run%gone) call report_failure(monitor, motion, run%step, status, error)
     end associate
   end subroutine elastic_step
 
@@ -101,8 +109,7 @@ contains
     associate (monitor => this%monitor)
       if (monitor%event_rows) then
         do i = 1, monitor%run%log%n_moments
-          call this%step_aside(monitor%past(1), monitor%run%log%moments(i), there, found)
-          if (found) call monitor%put(there, at_event)
+          call this%note_moment(monitor%run%log%moments(i))
         end do
       end if
       do k = 1, 4
@@ -118,6 +125,27 @@ contains
       end do
     end associate
   end subroutine note_between
+
+  !> Write the row of a moment. The time of a contact's change is that of an interpolated pose, so the contact of the row may
+  !> change some nanoseconds later: the row is the first one that shows the change.
+  subroutine note_moment(this, moment)
+    class(row_watcher), intent(inout) :: this
+    type(moment_type), intent(in) :: moment
+    real(dp), parameter :: first = 1e-9_dp       ! [s]
+    integer, parameter :: most = 8               ! trials, each twice as late
+    type(motion_type) :: there
+    logical :: found, is_closed(4)
+    integer :: i
+
+    do i = 0, most
+      call this%step_aside(this%monitor%past(1), moment%t + merge(0.0_dp, first*2**(i - 1), i == 0), there, found)
+      if (.not. found) return
+      is_closed = closed(there%contact)
+      if (moment%contact == 0) exit
+      if (is_closed(moment%contact) .eqv. moment%closed) exit
+    end do
+    call this%monitor%put(there, at_event)
+  end subroutine note_moment
 
   !> The motion at a time t near the end `old` of a step, from which the run does not continue.
   subroutine step_aside(this, old, t, there, found)
@@ -152,6 +180,9 @@ contains
           group='table', variable='depth', detail=' = '//str(c%extent%depth)//' m')
       case (outside_law)
         call refuse(error, 'a contact table whose forces push', 'a pose in which its force pulls'//there, group='table')
+      case (unsettled)
+        call refuse(error, 'places of a wheel whose influences on each other settle', 'that they do not'//there, &
+          group='contact', variable='influence', detail=' = '//trim(c%influence), rest='; lower table accuracy')
       case (step_diverged)
         call refuse(error, 'Newton''s method to solve a step within '//str(c%max_iterations)//' iterations and '// &
           str(c%max_halvings)//' halvings of the step', 'that it does not'//there, &

@@ -5,8 +5,8 @@
 !> choose wrongly, so the row with the largest force is solved too. (Section `pressure` of `make validate` solves the other rows.)
 module largest_pressure
   use case, only: case_type
-  use contact_pressure, only: half_curvatures, most_patches, press_contact, pressed_patch
-  use contact_zones, only: side_type
+  use contact_pressure, only: flange_part, half_curvatures, most_patches, press_contact, pressed_patch
+  use contact_zones, only: on_flange, side_type
   use curve, only: curve_point, near_interval
   use hertz, only: contact_modulus
   use kinds, only: dp
@@ -16,7 +16,7 @@ module largest_pressure
   use wheelset, only: flanges, right_tread, treads
   implicit none
   private
-  public :: hardest_rows, moment_type, pressure_type, flange_pressure, has_pressures, find_pressures, grids
+  public :: hardest_rows, moment_type, pressure_type, has_pressures, find_pressures, grids
 
   integer, parameter :: coarse(2) = [6, 24], fine(2) = [12, 48]   !! elements over x > 0 and s of a patch
 
@@ -41,11 +41,6 @@ module largest_pressure
     real(dp) :: place(2) = 0           !! y, z in the track frame [m]
     integer :: contact = 0             !! left tread to right flange
   end type pressure_type
-
-  !> Largest pressure [Pa], area of all patches [m^2] and largest approach [m] of a flange in a pose; 0 where no patch is its.
-  type :: flange_pressure
-    real(dp) :: largest = 0, area = 0, approach = 0
-  end type flange_pressure
 
 contains
 
@@ -93,10 +88,10 @@ contains
     type(hardest_rows), intent(in) :: rows
     type(moment_type), intent(in) :: first_peak(2)   !! of the left and of the right flange
     type(pressure_type), intent(out) :: largest
-    type(flange_pressure), intent(out) :: flange(2)
+    type(flange_part), intent(out) :: flange(2)
     type(moment_type) :: moments(8), hardest
     type(pressure_type) :: one, here
-    type(flange_pressure) :: unused
+    type(flange_part) :: unused
     integer :: wheels(8), wheel, k
 
     do k = 1, 2
@@ -130,7 +125,7 @@ contains
     type(moment_type), intent(in) :: moment
     integer, intent(in) :: elements(2)
     type(pressure_type), intent(out) :: largest
-    type(flange_pressure), intent(out) :: flange
+    type(flange_part), intent(out) :: flange
     type(pressed_patch) :: patch(most_patches)
     real(dp) :: total(4), r(2), d1(2), d2(2)
     integer :: sign, n, g, i
@@ -144,10 +139,9 @@ contains
     call curve_point(side%pair%wheel, patch(g)%peak_s, i, r, d1, d2)
     r = rolled(r, sign*moment%q(3))
     largest = pressure_type(patch(g)%largest, moment%t, moment%q(:2) + [sign*r(1), r(2)], &
-      merge(flanges(wheel), treads(wheel), patch(g)%flange))
-    associate (mine => patch(:n)%flange)
-      if (any(mine)) flange = flange_pressure(maxval(patch(:n)%largest, mine), sum(patch(:n)%area, mine), &
-        maxval(patch(:n)%approach, mine))
+      merge(flanges(wheel), treads(wheel), on_flange(side, patch(g)%peak_s)))
+    associate (part => patch(:n)%part)
+      flange = flange_part(maxval(part%largest), sum(part%area), maxval(part%approach))
     end associate
   end subroutine press
 

@@ -59,8 +59,12 @@ contains
       call monitor%note_step(old, motion)
       call note_rows(rigid, rigid_before, motion, monitor, error)
       if (.not. allocated(error)) call monitor%queue%pass_rows(monitor%past(1)%t, error)
-      if (.not. allocated(error) .and. status /= step_ok) call report_failure(monitor%setup, motion, status, error)
       if (allocated(error)) return
+      if (status == step_ok) cycle
+      ! A wheelset that has derailed leaves the rails on which both wheels are held, which ends the run.
+      monitor%run%gone = monitor%run%log%derailed%t < never .and. status == path_ends
+      if (.not. monitor%run%gone) call report_failure(monitor%setup, motion, status, error)
+      return
     end do
     ! The run of a derailed wheelset ends outside what a contact table would cover.
     associate (q => motion%q, extent => monitor%c%extent, height => monitor%setup%equilibrium(2))
@@ -109,7 +113,7 @@ contains
       call monitor%put(motion, at_impact)
     end if
     do i = 1, monitor%run%log%n_moments
-      t = monitor%run%log%moments(i)
+      t = monitor%run%log%moments(i)%t
       there = motion
       if (t < motion%t) there = monitor%past(1)
       do while (t - there%t > epsilon(t)*t)

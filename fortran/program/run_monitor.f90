@@ -1,12 +1,13 @@
 !> Records of a run while it is integrated: rows, events, peaks, extremes, energy balance.
 module run_monitor
   use case, only: case_type
+  use contact_pressure, only: flange_part
   use columns, only: energies, energy_type, list_columns, most_columns
   use, intrinsic :: iso_fortran_env, only: int64
   use events, only: event_log, never, watch
   use judged_poses, only: accuracy_type, pose_choice
   use kinds, only: dp
-  use largest_pressure, only: find_pressures, flange_pressure, hardest_rows, has_pressures, moment_type, pressure_type
+  use largest_pressure, only: find_pressures, hardest_rows, has_pressures, moment_type, pressure_type
   use motion_state, only: motion_type
   use root_bracket, only: bracket_type
   use row_sink, only: at_event, on_grid, row_queue, row_writer
@@ -38,7 +39,7 @@ module run_monitor
     real(dp) :: extreme(6) = 0
     real(dp) :: extreme_time(6) = 0        !! [s]
     type(pressure_type) :: pressure        !! largest pressure of all contacts
-    type(flange_pressure) :: flange(2)     !! at the first peak of the left and of the right flange
+    type(flange_part) :: flange(2)     !! at the first peak of the left and of the right flange
     type(accuracy_type) :: accuracy        !! of the contact forces
     real(dp) :: largest_impulse(4) = 0     !! largest impulse of each contact in one impact [N s]
     real(dp) :: impulse_time(4) = 0        !! [s]

@@ -4,7 +4,7 @@ module run_results
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
-  use events, only: elastic_kinds, event_kinds, event_log, event_type, impact, kept, never
+  use events, only: causes, elastic_kinds, event_kinds, event_log, event_type, impact, kept, never
   use kinds, only: degree, dp, version
   use profile, only: profile_type
   use results, only: newline, result_list, rounded
@@ -239,8 +239,8 @@ contains
     type(result_list), intent(inout) :: items
 
     if (log%passed < never) call items%add('t_first_centre', [log%passed], 's, first passage of the centre after a flange contact')
-    if (log%returned < never) call items%add('t_return', [log%returned], 's, back at the centre after both flanges', &
-      'back at the centre after both flanges: # s'//newline, 'f0.6')
+    if (log%returned < never) call items%add('t_return', [log%returned], 's, back at the centre after turning back on both sides', &
+      'back at the centre after turning back on both sides: # s'//newline, 'f0.6')
     call list_fall('_unloaded', 'a wheel lifts for good', log%unloaded)
     call list_fall('_derailment', 'derailment', log%derailed)
 
@@ -333,6 +333,10 @@ contains
         call items%add(name//'t', [event%t], '', '  t = # s', 'f0.6')
         call items%add(name//'kind', trim(event_kinds(event%kind)), '  #')
         if (event%angle > 0) call items%add(name//'angle', [event%angle], '', ' at # degrees', 'f0.1', 1/degree)
+        if (event%cause > 0) then
+          call items%add(name//'cause', trim(causes(event%cause)), '')
+          if (causes(event%cause) == 'moves') call items%append(', moves from the tread')
+        end if
         if (is_loaded(c)) call items%add(name//'force', [event%force], '', ', lateral force # kN', 'f0.3', kilo)
         if (any(abs(event%impulse) > 0)) then
           call items%append(', impulses [N s]')
@@ -373,6 +377,9 @@ contains
       words = 'derailed, and then left what the contact table covers'
     else if (c%stop_at == 'return_to_centre' .and. run%log%returned < never) then
       words = 'return to the centre after both flanges'
+      if (.not. all(run%log%flanged)) words = 'return to the centre, turned back below both flanges'
+      if (run%log%flanged(1) .neqv. run%log%flanged(2)) &
+        words(index(words, 'both'):) = merge('the right flange', 'the left flange ', run%log%flanged(1))
     else
       words = 't_end'
       if (c%stop_at /= 't_end') words = 't_end, '//trim(c%stop_at)//' not reached'

@@ -4,7 +4,7 @@ module run_setup
   use body_file, only: read_bodies
   use both_rails, only: largest_force_on_rails, rest_on_rails
   use case, only: case_type
-  use contact_zones, only: find_zones, least_turn, side_type, threshold_at
+  use contact_zones, only: border_station, find_zones, least_turn, side_type
   use errors, only: error_type, place_error, refuse
   use rigid_geometry, only: clearance, rigid_contact
   use kinds, only: dp
@@ -112,7 +112,7 @@ contains
         if (allocated(error)) return
         ! A rigid wheel touches at a point on either side of any arc.
         call find_zones(side%pair, merge(least_turn, 0.0_dp, c%formulation == 'elastic'), side%zones)
-        side%threshold = threshold_at(c%flange_angle)
+        side%border = border_station(side%pair, c%flange_angle)
       end associate
     end subroutine place_side
 

@@ -37,7 +37,6 @@ contains
     logical :: found
 
     call lay_out(law_of(c, setup%side(side)), table_key(c, setup, side), table)
-    table%threshold = setup%side(side)%threshold
     if (c%table_folder /= '') call load_values(table_path(trim(c%table_folder), table), table, found)
   end subroutine open_table
 

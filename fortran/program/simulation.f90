@@ -95,23 +95,17 @@ contains
         else
           call rigid_step(rigid, motion, monitor, h, error)
         end if
-        if (allocated(error)) exit rows
+        if (allocated(error)) return
+        if (monitor%run%gone) exit rows
         if (mod(i, report_steps) == 0) call report_progress((row - 1 + real(i, dp)/substeps)/last_row)
         if (monitor%run%cancelled) exit rows
       end do
-      if (monitor%run%gone) exit
       motion%t = at
       call monitor%put(motion, on_grid)
       if (mod(row, report_rows) == 0) call report_progress(row/real(last_row, dp))
       if ((c%stop_at == 'derailment' .and. monitor%run%log%derailed%t < never) .or. &
         (c%stop_at == 'return_to_centre' .and. monitor%run%log%returned < never) .or. monitor%run%cancelled) exit
     end do rows
-    if (allocated(error)) then
-      ! A wheelset that has derailed leaves the table, or the rails on which both wheels are held: this ends the run, and the
-      ! error is dropped.
-      if (monitor%run%log%derailed%t >= never) return
-      monitor%run%gone = .true.
-    end if
     call monitor%queue%pass_rows(huge(at), error)
     if (allocated(error)) return
     call monitor%press()

@@ -9,7 +9,7 @@
 !> The second derivatives of d follow from kappa/(1 + kappa g) along the rail's tangent (kappa: the rail's curvature,
 !> convex positive) and from the wheel's curvature.  The accelerations of closed contacts need them.
 module gap_functions
-  use contact_zones, only: is_flange, side_type
+  use contact_zones, only: on_flange, side_type
   use curve, only: curve_point, curve_type, near_interval
   use kinds, only: dp
   use station_scan, only: deepest, new_scan, scan_depth, scan_type
@@ -235,7 +235,7 @@ contains
     end do
 
     c%gap = c%gap - c%lowest
-    c%contact = merge(flanges(c%wheel), treads(c%wheel), is_flange(side(c%wheel), n, c%s))
+    c%contact = merge(flanges(c%wheel), treads(c%wheel), on_flange(side(c%wheel), c%s))
     c%rim = c%edge .and. c%last == size(side(c%wheel)%pair%s) .and. c%s >= ends(2)
     spin = [t(1), t(2), x(1)*t(2) - x(2)*t(1)]
     c%gradient = [n(1), n(2), x(1)*n(2) - x(2)*n(1)]

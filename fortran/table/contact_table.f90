@@ -1,29 +1,39 @@
 !> The tabulated contact potential of a wheel/rail pair: the energies of the zones (`zone_tables`), coupled by their
 !> influence on each other (`zone_coupling`).
 !>
-!> Tread and flange are names for the zones that carry: a contact is the flange's if its contact angle is at least the
-!> threshold of the case, or if it is on the flange's tip.
+!> Tread and flange are names for what lies on either side of the border on the wheel. A zone on both sides has two parts
+!> (`zone_parts`).
 module contact_table
   use bspline, only: axis_basis, axis_cell, axis_holds, axis_type
   use contact_law, only: law_type
-  use contact_zones, only: is_steep, max_zones, usual_flange_angle
+  use contact_zones, only: max_zones
   use kinds, only: dp
   use zone_coupling, only: add_coupling, coupling_type, find_influence, pair_table, press_together
   use zone_tables, only: find_touching, gap_type, inside, outside_roll, roll_type, touching_type, zone_potential, zone_table
+  use zone_parts, only: border_type, part_zone
   implicit none
   private
-  public :: table_type, find_roll, wheel_potential
+  public :: table_type, wheel_force, find_roll, wheel_potential
 
   type :: table_type
     character(:), allocatable :: key    !! everything that the table depends on
     type(axis_type) :: roll             !! roll angle of all zones [rad]
     type(zone_table), allocatable :: zones(:)
     type(pair_table), allocatable :: pairs(:)   !! not allocated if zones do not act on each other
-    real(dp) :: threshold(2) = [cos(usual_flange_angle), sin(usual_flange_angle)]   !! of `is_steep`, as of the side
+    type(border_type) :: border         !! between tread and flange
     type(law_type) :: law               !! what the table tabulates
     integer :: solutions(2) = 0         !! half-space solutions in the table, and those that did not converge
     integer :: found = 0, kept = 0      !! of them, read from the file, and now in the file
   end type table_type
+
+  !> Energy and force of a wheel in a pose, and its tread's and its flange's parts of them.
+  type :: wheel_force
+    real(dp) :: energy(2) = 0           !! of tread and flange [J]
+    real(dp) :: gradient(3, 2) = 0      !! with respect to the pose (y, z, roll) [N, N, N m]
+    real(dp) :: total(3) = 0            !! sum of the gradients, which does not depend on where the border is
+    real(dp) :: hessian(6) = 0          !! of the sum of the energies: yy, yz, y roll, zz, z roll, roll roll; 0 if not wanted
+    logical :: shared = .false.         !! a zone carries on both sides of the border
+  end type wheel_force
 
 contains
 
@@ -49,24 +59,20 @@ contains
     call axis_basis(t%roll, axis_cell(t%roll, -angle), -angle, opposite%basis, with_hessian)
   end subroutine find_roll
 
-  !> Compute the elastic energy [J] of the left wheel's tread and flange, its gradients with respect to the pose
-  !> (y, z, roll) [N, N, N m], and, if wanted, the Hessian (yy, yz, y roll, zz, z roll, roll roll) of the sum, else 0.
+  !> Compute the elastic energy of the left wheel and its derivatives with respect to the pose, the second ones if wanted.
   !> The status is `inside`, or says why the pose is not on the table; if it is `missing`, `gap` says what is to be solved first.
-  pure subroutine wheel_potential(t, pose, roll, with_hessian, energy, gradient, hessian, status, gap)
+  pure subroutine wheel_potential(t, pose, roll, with_hessian, force, status, gap)
     type(table_type), intent(in) :: t
     real(dp), intent(in) :: pose(3)        !! axle centre y, z [m], roll [rad]; track frame
     type(roll_type), intent(in) :: roll    !! roll of the pose
     logical, intent(in) :: with_hessian    !! whether the Hessian is wanted
-    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
+    type(wheel_force), intent(out) :: force
     integer, intent(out) :: status
     type(gap_type), intent(out) :: gap
     type(touching_type) :: zones(max_zones)
     type(coupling_type) :: coupling
-    integer :: i, n, branch
+    integer :: i, n
 
-    energy = 0
-    gradient = 0
-    hessian = 0
     call find_zones_touching(t, pose, roll, with_hessian, n, zones, status, gap)
     if (n == 0 .or. status /= inside) return
     coupling%n = 0
@@ -80,14 +86,13 @@ contains
       call zone_potential(t%zones(zones(i)%zone), roll, with_hessian, zones(i), status, gap)
       if (status /= inside) return
     end do
-    if (coupling%n > 0) call add_coupling(n, with_hessian, coupling, zones, hessian)
+    if (coupling%n > 0) call add_coupling(n, with_hessian, coupling, zones, force%hessian)
     do i = 1, n
       associate (z => zones(i))
         if (z%energy <= 0) cycle
-        branch = merge(2, 1, on_flange(t, z))
-        energy(branch) = energy(branch) + z%energy
-        gradient(:, branch) = gradient(:, branch) + z%gradient
-        if (with_hessian) hessian = hessian + z%hessian
+        force%total = force%total + z%gradient
+        if (with_hessian) force%hessian = force%hessian + z%hessian
+        call add_parts(t, pose, roll, z, force)
       end associate
     end do
   end subroutine wheel_potential
@@ -116,12 +121,30 @@ contains
     end do
   end subroutine find_zones_touching
 
-  !> Whether a zone's contact is the flange's, as `is_flange` says.
-  pure logical function on_flange(t, z)
+  !> Add a zone to tread and flange.
+  pure subroutine add_parts(t, pose, roll, z, force)
     type(table_type), intent(in) :: t
+    real(dp), intent(in) :: pose(3)
+    type(roll_type), intent(in) :: roll
     type(touching_type), intent(in) :: z
+    type(wheel_force), intent(inout) :: force
+    real(dp) :: share, parts(3, 2)
 
-    on_flange = is_steep(t%threshold, -z%gradient(:2)) .or. z%u > t%zones(z%zone)%tip
-  end function on_flange
+    parts = 0
+    associate (zone => t%law%side%zones(z%zone), s => t%law%side%pair%s)
+      if (s(zone%first) >= t%border%s) then
+        share = 0
+        parts(:, 1) = z%gradient
+      else if (s(zone%last) <= t%border%s .or. z%u > t%zones(z%zone)%tip) then
+        share = 1
+        parts(:, 2) = z%gradient
+      else
+        call part_zone(t%law, t%border, zone%first, zone%last, pose(:2), roll, z%p - z%shift, z%shift, z%gradient, share, parts)
+      end if
+    end associate
+    force%energy = force%energy + [1 - share, share]*z%energy
+    force%gradient = force%gradient + parts
+    force%shared = force%shared .or. (share > 0 .and. share < 1)
+  end subroutine add_parts
 
 end module contact_table

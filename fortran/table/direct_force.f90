@@ -4,7 +4,7 @@
 !>     |F_table - F_direct|/max(|F_direct|, 5 kN).
 module direct_force
   use contact_law, only: force_floor, law_type
-  use contact_table, only: find_roll, table_type
+  use contact_table, only: find_roll, table_type, wheel_force
   use halfspace_patches, only: force_between, patches_type, press_patches
   use kinds, only: dp
   use patch_grids, only: elements_type
@@ -38,18 +38,18 @@ contains
     logical, intent(out) :: touching(2)    !! tread and flange, by the direct evaluation
     logical, intent(out) :: ok             !! whether the direct evaluation converged
     type(roll_type) :: roll, opposite
-    real(dp) :: energy(2), gradient(3, 2), hessian(6), exact(2)
+    type(wheel_force) :: tabulated
+    real(dp) :: exact(2)
     logical :: carrying(size(table%zones))
     integer :: status
 
     call find_roll(table, pose(3), .false., roll, opposite, status)
-    gradient = 0
-    if (status == inside) call grown_potential(table, pose, roll, .false., energy, gradient, hessian, status)
-    if (status /= inside) gradient = 0
+    if (status == inside) call grown_potential(table, pose, roll, .false., tabulated, status)
+    if (status /= inside) tabulated = wheel_force()
     call press_directly(table%law, elements, pose, exact, carrying, ok)
     touching = [any(carrying .and. .not. table%zones%past_root), any(carrying .and. table%zones%past_root)]
     force = norm2(exact)
-    error = norm2(-sum(gradient(:2, :), 2) - exact)/max(force, force_floor)
+    error = norm2(-tabulated%total(:2) - exact)/max(force, force_floor)
   end subroutine judge
 
   !> Compute the force [N] (y, z) of the rail on the left wheel in a pose, without a table, and which zones carry. `ok` is false

@@ -8,7 +8,7 @@ module table_growth
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use bspline, only: axis_basis, axis_cell, basis_type
   use contact_law, only: law_type
-  use contact_table, only: table_type, wheel_potential
+  use contact_table, only: table_type, wheel_force, wheel_potential
   use contact_zones, only: zone_type
   use halfspace_patches, only: patches_type, press_patches
   use kinds, only: dp
@@ -30,17 +30,17 @@ module table_growth
 contains
 
   !> The potential of a wheel (see `wheel_potential`) on a table that grows where the pose needs it.
-  subroutine grown_potential(table, pose, roll, with_hessian, energy, gradient, hessian, status)
+  subroutine grown_potential(table, pose, roll, with_hessian, force, status)
     type(table_type), intent(inout) :: table
     real(dp), intent(in) :: pose(3)
     type(roll_type), intent(in) :: roll
     logical, intent(in) :: with_hessian
-    real(dp), intent(out) :: energy(2), gradient(3, 2), hessian(6)
+    type(wheel_force), intent(out) :: force
     integer, intent(out) :: status
     type(gap_type) :: gap
 
     do
-      call wheel_potential(table, pose, roll, with_hessian, energy, gradient, hessian, status, gap)
+      call wheel_potential(table, pose, roll, with_hessian, force, status, gap)
       if (status /= missing) exit
       call fill(table, gap)
     end do

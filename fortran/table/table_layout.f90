@@ -13,6 +13,7 @@ module table_layout
   use station_scan, only: new_scan, scan_type, touch
   use wheel_rail_pair, only: pair_type, rail_point, rolled
   use zone_tables, only: zone_table
+  use zone_parts, only: border_of
   implicit none
   private
   public :: lay_out
@@ -60,6 +61,7 @@ contains
     fineness = max(0.5_dp, min((law%accuracy/usual_accuracy)**0.25_dp, 2.0_dp))
     table%key = key
     table%law = law
+    table%border = border_of(law%side%pair, law%side%border)
     table%roll = new_axis(mirrored(growing(law%extent%roll, fineness*shortest_roll, fineness*longest_roll, upright)))
     n = size(law%side%zones)
     allocate (table%zones(n))

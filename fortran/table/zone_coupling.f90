@@ -10,8 +10,8 @@ module zone_coupling
   use bspline, only: axis_basis, axis_cell, axis_type, basis_type, spline_3d
   use contact_zones, only: max_zones
   use kinds, only: dp
-  use zone_tables, only: gap_of_influence, gap_type, inside, line_type, missing, outside_law, press_line, roll_type, to_pose, &
-    touching_type, zone_table
+  use zone_tables, only: gap_of_influence, gap_type, inside, line_type, missing, press_line, roll_type, to_pose, &
+    touching_type, unsettled, zone_table
   implicit none
   private
   public :: pair_table, coupling_type, find_influence, press_together, add_coupling
@@ -84,7 +84,7 @@ contains
   end subroutine find_influence
 
   !> Find how far the zones lower the surface of each other: shift_i = sum c_ij f_j, with the force f_j of zone j on its
-  !> lowered surface, by Newton's method. The status is `inside`, `missing`, or `outside_law` if it does not converge.
+  !> lowered surface, by Newton's method. The status is `inside`, `missing`, or `unsettled` if it does not converge.
   pure subroutine press_together(tables, roll, n, c, zones, status, gap)
     type(zone_table), intent(in) :: tables(:)
     type(roll_type), intent(in) :: roll
@@ -137,7 +137,7 @@ contains
         if (status /= inside) return
       end do
     end do
-    status = outside_law
+    status = unsettled
   end subroutine press_together
 
   !> Add the energy of the coupling, and to every zone its half of the gradient; the coupling's Hessian is that of the sum.

@@ -25,7 +25,7 @@ module zone_tables
   private
   public :: zone_table, roll_type, touching_type, line_type, gap_type, find_touching, zone_potential, press_line, height, &
     zone_pose, to_pose
-  public :: inside, outside_lateral, outside_roll, outside_depth, outside_law, missing
+  public :: inside, outside_lateral, outside_roll, outside_depth, outside_law, unsettled, missing
   public :: gap_of_height, gap_of_energy, gap_of_influence
 
   !> The table of a zone.
@@ -82,6 +82,7 @@ module zone_tables
   enum, bind(c)
     enumerator :: inside = 0, outside_lateral, outside_roll, outside_depth
     enumerator :: outside_law        ! S is negative: splines may oscillate where a zone touches by its edge alone
+    enumerator :: unsettled          ! the influences of zones on each other do not converge
     enumerator :: missing            ! the table has to grow first
   end enum
 

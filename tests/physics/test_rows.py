@@ -12,6 +12,7 @@ from probes import MASS, ROLL_INERTIA
 from running import Run, kept_tables
 
 NEAR = 5e-8     # of a time, what nine digits tell apart
+LATE = 1.3e-7   # the row of a change is the first one that shows it [s]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def test_events_are_rows(changes: dict, both: Callable):
     times = more.data.time.to_numpy()
     assert len(more.events) >= 5
     for event in more.events:
-        assert np.abs(times - event.t).min() <= NEAR*event.t, event
+        assert np.abs(times - event.t).min() <= NEAR*event.t + LATE, event
     assert sum(np.abs(alone.data.time - e.t).min() > 1e-6 for e in more.events) >= 4
 
 
@@ -62,7 +63,7 @@ def test_events_of_long_implicit_steps_are_rows(shipped: dict[str, Run]):
         assert np.isfinite(done.data.to_numpy()[:, :5]).all()
         for event in done.events:
             if event.kind.endswith(("contact", "landing", "lift-off")):
-                assert np.abs(done.data.time - event.t).min() < 1e-6*dt + NEAR*event.t, event
+                assert np.abs(done.data.time - event.t).min() < 1e-6*dt + NEAR*event.t + LATE, event
 
 
 def test_contacts_change_at_rows(both: Callable):

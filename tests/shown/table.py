@@ -217,7 +217,8 @@ def text_of_summary(raw: Raw) -> tuple[list[Line], list[str]]:
         lines.append(Line(r"^  t = (\S+) s .*, lateral force (\S+) kN", "events: lateral force [kN]",
                           lambda w, m: (raw.t[row(m)], KN*raw.c["F_ext"][row(m)]), often=True))
     else:
-        lines.append(Line(r"^back at the centre after both flanges: (\S+) s$", "return [s]", lambda w: raw.passages()[-1]))
+        lines.append(Line(r"^back at the centre after turning back on both sides: (\S+) s$", "return [s]",
+                          lambda w: raw.passages()[-1]))
         lines.append(Line(r"initial kinetic energy: (\S+)", "drift over kinetic energy", lambda w: raw.drift()[1], 0.06))
     return lines, [CRC, r"first 5 events", r"^processor time .*$"]
 

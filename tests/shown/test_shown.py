@@ -66,7 +66,8 @@ def test_results_in_the_column_file(name: str, world: World):
     assert set(entries) == {"end"} and len(raw.events) > 15
     for t, kind, more in raw.events:
         k, side = int(np.abs(raw.t - t).argmin()), kind[0].upper()
-        assert raw.t[k] == pytest.approx(t, rel=5e-9), kind
+        # The row of a change is the first one that shows it, up to 128 ns later.
+        assert raw.t[k] == pytest.approx(t, rel=5e-9, abs=1.3e-7), kind
         expected = {"force": pytest.approx(raw.c["F_ext"][k], rel=1e-8)} if name == "ex5_aw" else {}
         if "contact" in kind:
             angles = raw.c[f"angle_{side}F"][k:]

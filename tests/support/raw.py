@@ -105,7 +105,7 @@ class Raw:
         found: dict[int, dict[str, str]] = {}
         for k, name, text in re.findall(r"event\((\d+)\)%(\w+) = ('[^']*'|[^,\s]+)", self.text):
             found.setdefault(int(k), {})[name] = text
-        return [(float(one.pop("t")), one.pop("kind").strip("'"), {name: float(x) for name, x in one.items()})
+        return [(float(one.pop("t")), one.pop("kind").strip("'"), {name: float(x) for name, x in one.items() if name != "cause"})
                 for one in found.values()]
 
     def result(self, name: str) -> float:

@@ -119,8 +119,8 @@ def press(handle: Handle, case: Case, pose: Sequence[float], contacts: Sequence[
 
     loads: normal force [N] and contact angle [rad] of the contacts, as the columns have them; by default those of the pressures.
     `handle` holds the geometry of `case`. A patch has `elements` over its length along the profile and half as many in rolling
-    direction. A wheel is pressed as a whole. A patch is the flange's if the contact angle of its force is at least
-    `&contact flange_angle`, or if it is on the flange's tip.
+    direction. A wheel is pressed as a whole. A patch is the flange's if most of its load acts on points of
+    the wheel that are as steep as `&contact flange_angle`, or on the flange's tip.
     """
     check_model(case)
     if elements < 8 or elements % 4:

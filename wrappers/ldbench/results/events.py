@@ -21,6 +21,7 @@ class Event(NamedTuple):
     angle: float = np.nan               # contact angle of a flange contact [rad]; NaN of other events
     impulses: Mapping[str, float] = {}  # of an impact, by contact [N s]
     loss: float = 0.0                   # energy that an impact takes away [J]
+    cause: str = ""                     # of a flange contact: 'closes', or 'moves' from the tread; '' where it is not told
 
 
 def event_kinds() -> list[str]:

@@ -130,7 +130,7 @@ def read_event(event: Mapping[str, Any]) -> Event:
     """An event from its part of the group &results."""
     told = {name: number(event, name) for name in ("force", "angle", "loss") if name in event}
     impulses = {c: number(event, f"p_{c.lower()}") for c in CONTACTS if f"p_{c.lower()}" in event}
-    return Event(number(event, "t"), str(event.get("kind", "")), impulses=impulses, **told)
+    return Event(number(event, "t"), str(event.get("kind", "")), impulses=impulses, cause=str(event.get("cause", "")), **told)
 
 
 WORD = r"[^\s,'\"!=]+"
