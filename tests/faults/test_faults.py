@@ -239,7 +239,7 @@ def test_no_damaged_table_is_used(case, table):
     ({"contact": {"formulation": "bilateral"}}, True),
     ({"contact": {"formulation": "unilateral", "restitution": 0.5}}, True),
     ({"contact": {"model": "halfspace"}}, False),
-    ({"contact": {"model": "hertz"}, "integrator": {"beta": 0.25, "dt": 2e-5}}, True),
+    ({"contact": {"model": "hertz"}, "integrator": {"order": 2, "beta": 0.25, "dt": 2e-5}}, True),
     ({"contact": {"formulation": "unilateral"}, "track": {"gauge": 1.435}, "wheelset": {"back_to_back": 1.36},
       "profiles": {"wheel_profile": REPO/"profiles/s1002.yz", "rail_profile": REPO/"profiles/60e1.yz"}}, False)],
     ids=["bilateral", "unilateral", "halfspace", "hertz", "unilateral S1002"])

@@ -102,7 +102,7 @@ def test_a_table_serves_what_it_does_not_depend_on(tmp_path):
     """It is found again, and gives the rows of a run that keeps nothing."""
     filed = {"table": {"folder": tmp_path/"tables"}}
     changes = {"wheelset": {"mass": 1600.0}, "initial": {"vY": 0.3}, "loading": {"lateral_ramp": 5e3},
-               "integrator": {"beta": 0.25}}
+               "integrator": {"order": 2, "beta": 0.25}}
     assert run_with_table(tmp_path, **filed)[0] is False
     without = run_with_table(tmp_path, **changes, table={"folder": ""})
     assert not without[0] and run_with_table(tmp_path, **filed | changes) == (True, without[1])

@@ -65,7 +65,7 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     ({"initial": {"vZ": -20.0}, "integrator": {"t_end": 0.1}}, ("&table depth", "expected", "found", "at t = ")),
     ({"initial": {"Z": -0.01}}, ("&table depth = 0.0022 m", "expected", "found", "Z = -0.01")),
     ({"table": {"depth": 1e-6}}, ("&wheelset vertical_load = 164618.0 N", "&table depth = 1.0E-6 m", "expected", "found")),
-    ({"integrator": {"beta": 0.25, "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
+    ({"integrator": {"order": 2, "beta": 0.25, "dt": 2e-3, "t_end": 0.1, "max_iterations": 1, "max_halvings": 0},
       "output": {"interval": 2e-3}}, ("&integrator dt = 0.002 s", "expected Newton's method to", "found that it does not")),
     # Files.
     ({"output": {"file": "{here}/missing/columns"}}, ("{here}/missing/columns", "&output file: expected", "found")),

@@ -44,11 +44,14 @@ def caption(run: RunData) -> str:
     except Error:               # another code's file, or that of a version with other variables
         return f"{run.file}\n{profile_words(run)}".rstrip()
     cut = ""
-    if case.energy_tolerance:
-        cut = f" at most, cut where it changes the energy by more than {scientific(case.energy_tolerance)} J"
+    limits = [words for tolerance, words in (
+        (case.error_tolerance, f"errs by more than {scientific(case.error_tolerance)} m"),
+        (case.energy_tolerance, f"changes the energy by more than {scientific(case.energy_tolerance)} J")) if tolerance]
+    if limits:
+        cut = f" at most, cut where it {' or '.join(limits)}"
     if missed := results.get("missed"):
         cut += f" ({missed} of {results['steps']} steps still do)"
-    events = " and at events" if case.rows == "interval_and_events" else ""
+    events = {"interval": "", "interval_and_events": " and at events", "contacts": ", at events and close in contacts"}[case.rows]
     law = f"normal contact '{case.model}'; {'Newmark' if case.beta else 'explicit'}, order {case.order}"
     if run.formulation == "bilateral":
         law = "rigid contacts, both wheels held on the rails; explicit along the path, order 4"

@@ -12,9 +12,8 @@ import numpy as np
 from .events import FLANGE_ANGLE
 
 # A contact with a larger force is closed, in every file [N]. The smallest weight on a wheel is near 1e5 N, and a contact of steel
-# that opens has 1 N for 0.2 us at most. A row of ours at which a contact closes or opens has some tenths of a newton, because its
-# time is rounded, and other codes leave residues of iterations: a limit of zero joins contacts that are apart. Of 1591 contacts
-# of the left flange in exercise 5 with actual profiles, as the core counts them, the rows tell 1565 by this limit and 1538 by zero.
+# that opens has 1 N for 0.2 us at most. Rows of other codes have residues of iterations, and rows of ours at which a contact closes
+# or opens have a small force, because their times are rounded: a limit of zero joins contacts that are apart.
 CLOSED = 1.0
 LARGEST = 1e30          # force of a file that is taken as it stands; integrals of larger ones overflow [N]
 HERTZ = 2/3             # power of the force that the approach of Hertzian bodies grows with

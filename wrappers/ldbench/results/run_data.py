@@ -238,7 +238,7 @@ class RunData:
             blows[1:] = np.diff(np.clip(np.nan_to_num(jumps[:rows]), -LARGEST, LARGEST))
         angle = self.values(f"angle_{contact}") if f"angle_{contact}" in self.data else np.full(rows, np.nan)
         return find_intervals(contact, self.time[:rows], np.zeros(rows) if force is None else force[:rows], blows, angle,
-                              self._text("output", "rows") == "interval_and_events")
+                              self._text("output", "rows") in ("interval_and_events", "contacts"))
 
     def impacts(self, contacts: Sequence[str] = CONTACTS) -> list[ContactInterval]:
         """All impacts of some contacts in order of time: start, end, largest force, impulse and contact angle of each.
