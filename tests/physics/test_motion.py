@@ -261,3 +261,14 @@ def test_mirror_bit_by_bit(integrator: str, pushed: bool, pair: str, tables: dic
     for names in POSE, RATES:
         assert (one[names].to_numpy() == other[names].to_numpy()*MIRROR).all()
     assert (one[["E_total", "E_drift"]] == other[["E_total", "E_drift"]]).all(axis=None)
+
+
+def test_an_error_after_a_derailment_ends_the_run_as_one():
+    """A derailed wheelset lands so hard that Newton's method does not solve the step: that is no end of a run."""
+    case = Case.exercise(2).replace(
+        Y=0.0403, Z=0.0256, vY=1.22, roll_rate=0.0, order=2, beta=0.25, max_iterations=4, max_halvings=0, dt=1e-3, interval=1e-3,
+        error_tolerance=0.0, energy_tolerance=0.0, stop_at="t_end", t_end=0.3, judged="no", pressures="no", table_folder=kept_tables())
+    with pytest.raises(ldbench.Error, match=r"&integrator dt = .* expected Newton's method .* at t = ([0-9.]+) s") as stopped:
+        ldbench.run(case)
+    assert ldbench.run(case.replace(t_end=0.018)).results["n_derailment"] == 1
+    assert "at t = 0.02" in str(stopped.value)
