@@ -257,14 +257,17 @@ def on_flange(wheel, rail, Y):
     """Whether the left wheel of a wheelset that moves outwards from the centre is on its flange: positive if so.
 
     While it rides on both treads, this is how much higher the flange than the tread wants the axle [mm]; afterwards by how much
-    the contact angle exceeds that of a flange contact [rad]."""
+    the wheel's point of contact is steeper than where the flange begins [rad]."""
     def standing(part):
         return root(lambda p: touch(part, rail, -Y, -p)[0] - touch(part, rail, Y, p)[0], -0.01, 0.01)
 
     flange, tread, whole = wheel[1:-1], wheel[-1:], wheel[1:]
     roll = standing(tread)
     gap = touch(flange, rail, Y, roll)[0] - touch(tread, rail, Y, roll)[0]
-    return gap if gap < 0 else touch(whole, rail, Y, standing(whole))[1] - FLANGE_ANGLE
+    if gap < 0:
+        return gap
+    roll = standing(whole)
+    return touch(whole, rail, Y, roll)[1] - roll - FLANGE_ANGLE
 
 
 def solve_throat(make_wheel, rail, clearance):
