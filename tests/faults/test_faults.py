@@ -27,6 +27,7 @@ from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case
 
 KILLS = 6
 SEED = 11
+KEPT = "columns.1.txt"      # the column file of another case from then on
 
 
 def run(folder: Path, **limits: object) -> subprocess.CompletedProcess[str]:
@@ -107,7 +108,8 @@ def test_out_of_memory_is_told(case, table):
 
 
 def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on(case, table):
-    """While it builds the table and writes it, while rows and files are written; scratch files may be left."""
+    """While it builds the table and writes it, while rows and files are written; scratch files may be left. The column file of the
+    other case has its name or the one under which it is kept."""
     earlier = bytes_of(case)
     (case/"case.nml").write_text((case/"case.nml").read_text().replace("t_end = 0.002", "t_end = 0.05"))
     began = time.monotonic()
@@ -120,6 +122,7 @@ def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on
     for k in range(KILLS):
         for name, data in earlier.items():
             (case/name).write_bytes(data)
+        (case/KEPT).unlink(missing_ok=True)
         if k % 2:
             (case/table).unlink()
         child = subprocess.Popen([LDBENCH, "case.nml"], cwd=case, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -130,11 +133,15 @@ def test_killed_at_any_moment_earlier_results_are_whole_and_the_next_run_goes_on
             child.wait()
             killed += 1
         for name, data in bytes_of(case).items():
-            if ".ldbench-part" not in name:
+            if name == KEPT:
+                assert data == earlier["columns.txt"]
+            elif ".ldbench-part" not in name:
                 assert data in (earlier[name], later[name]), (k, name)
+        assert (case/KEPT).exists() or (case/"columns.txt").exists()
     assert killed
     assert run(case).returncode == 0
-    assert {name: data for name, data in bytes_of(case).items() if ".ldbench-part" not in name} == later
+    assert {name: data for name, data in bytes_of(case).items() if ".ldbench-part" not in name and name != KEPT} == {
+        name: data for name, data in later.items() if name != KEPT}
 
 
 def wait_for(folder: Path, tables: int, process: subprocess.Popen) -> None:

@@ -348,7 +348,8 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
         "vertical displacement": Line(r"displacement (\S+) m,", "initial Z [m]", lambda w: raw.c["Z"][0]),
         "order": Line(r"order (\d), step (\S+) µs at most", "order; largest step [µs]",
                       lambda w: (raw.setting("order"), 1e6*raw.setting("dt"))),
-        "energy by more": Line(r"energy by more than (\S+) J", "tolerance [J]", lambda w: raw.setting("energy_tolerance")),
+        "errors of": Line(r"errors of (\S+) m and (\S+) J", "tolerances [m, J]",
+                          lambda w: (raw.setting("error_tolerance"), raw.setting("energy_tolerance"))),
         "output every": Line(r"output every (\S+) ms", "interval of rows [ms]", lambda w: 1e3*raw.setting("interval")),
         "axle": Line(r"axle (\S+) mm above", "height of the axle at rest [mm]", lambda w: MM*raw.setting("axle_height")),
         "growing" if ramp else "lateral velocity": Line(

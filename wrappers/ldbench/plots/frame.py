@@ -44,11 +44,10 @@ def caption(run: RunData) -> str:
     except Error:               # another code's file, or that of a version with other variables
         return f"{run.file}\n{profile_words(run)}".rstrip()
     cut = ""
-    limits = [words for tolerance, words in (
-        (case.error_tolerance, f"errs by more than {scientific(case.error_tolerance)} m"),
-        (case.energy_tolerance, f"changes the energy by more than {scientific(case.energy_tolerance)} J")) if tolerance]
+    limits = [f"{scientific(tolerance)} {unit}" for tolerance, unit in ((case.error_tolerance, "m"), (case.energy_tolerance, "J"))
+              if tolerance]
     if limits:
-        cut = f" at most, cut where it {' or '.join(limits)}"
+        cut = f" at most, cut beyond errors of {' and '.join(limits)}"
     if missed := results.get("missed"):
         cut += f" ({missed} of {results['steps']} steps still do)"
     events = {"interval": "", "interval_and_events": " and at events", "contacts": ", at events and close in contacts"}[case.rows]
