@@ -5,7 +5,8 @@
 !>
 !> The names come first because numpy.genfromtxt(names=True) and pandas.read_csv(comment='#') expect them there. Both skip
 !> comment lines wherever they stand. Everything is written once, in this order, to a scratch file beside the column file.
-!> The scratch file gets the name of the column file only when it is complete.
+!> The scratch file gets the name of the column file only when it is complete. An earlier file of this name is replaced if it is of
+!> the same case; else it is kept under another name.
 module column_files
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
@@ -19,7 +20,7 @@ module column_files
   use run_monitor, only: run_type
   use run_results, only: describe_results, describe_setup
   use run_setup, only: setup_type
-  use system, only: scratch_file
+  use system, only: read_file, scratch_file, set_aside
   implicit none
   private
   public :: column_file, begin_columns, finish_columns
@@ -28,11 +29,14 @@ module column_files
 
   type, extends(row_writer) :: column_file
     type(scratch_file) :: file
+    character(:), allocatable :: settings      !! that tell the case from others
+    character(:), allocatable :: kept          !! name of an earlier file of another case from now on
   contains
     procedure :: begin
     procedure :: write_row
     procedure :: complete
     procedure :: publish
+    procedure :: keep_other_case
     procedure, private :: put_comments, check
   end type column_file
 
@@ -66,6 +70,7 @@ contains
 
     call describe_results(c, run, results)
     call columns%complete(results, error)
+    if (.not. allocated(error)) call columns%keep_other_case(error)
     if (.not. allocated(error)) call columns%publish(error)
     call columns%file%abandon()
   end subroutine finish_columns
@@ -79,6 +84,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(width*size(units)) :: line
 
+    this%settings = settings_of(about)
     call this%file%begin(file)
     call this%check('cannot be written', error)
     if (allocated(error)) return
@@ -112,6 +118,50 @@ contains
     call this%file%complete()
     call this%check('cannot be written completely', error)
   end subroutine complete
+
+  !> Give an earlier file another name, unless it is empty or of the same case.
+  subroutine keep_other_case(this, error)
+    class(column_file), intent(inout) :: this
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: head = 2**16         ! has the comments before the rows [bytes]
+    character(:), allocatable :: earlier
+    logical :: opened, ok
+
+    call read_file(this%file%name, earlier, opened, ok, enough=head)
+    if (.not. opened .or. len(earlier) == 0) return
+    if (settings_of(earlier) == this%settings) return
+    call set_aside(this%file%name, this%kept, this%file%ok)
+    call this%check('holds another case, and cannot be renamed', error)
+  end subroutine keep_other_case
+
+  !> The lines that tell a case from others: profiles and groups of the namelist, but not its name, its outputs and what follows
+  !> from the settings. The text is the comments of a column file, or the file's head.
+  pure function settings_of(text) result(settings)
+    character(*), intent(in) :: text
+    character(:), allocatable :: settings
+    character(*), parameter :: mark = '# '
+    character(:), allocatable :: line
+    logical :: told
+    integer :: from, to
+
+    settings = ''
+    told = .false.
+    from = 1
+    do while (from <= len(text))
+      to = from + index(text(from:), newline) - 2
+      if (to < from - 1) exit
+      line = text(from:to)
+      from = to + 2
+      if (index(line, mark) == 1) line = line(len(mark) + 1:)
+      select case (line(:min(1, len(line))))
+      case ('&')
+        told = .not. any(line == [character(8) :: '&setup', '&case', '&output', '&results'])
+      case ('/')
+        told = .false.
+      end select
+      if (told .or. index(line, ' profile: ') > 0) settings = settings//trim(line)//newline
+    end do
+  end function settings_of
 
   !> Give a complete file its name.
   subroutine publish(this, error)

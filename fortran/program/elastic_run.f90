@@ -1,7 +1,6 @@
 !> Steps of a run with elastic contacts.
 module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-  use rigid_geometry, only: geometry_at
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll, unsettled
   use errors, only: append_advice, error_type, refuse
   use events, only: moment_type, never, note_overturning
@@ -12,6 +11,7 @@ module elastic_run
   use integrators, only: evaluate_contacts, integrator_type, step_diverged, step_ok
   use row_sink, only: at_event
   use run_monitor, only: normal_forces, instant, run_monitor_type
+  use run_setup, only: roll_rate_on_rails
   use text, only: str
   use wheelset, only: closed
   implicit none
@@ -35,18 +35,12 @@ contains
     type(run_monitor_type), intent(in) :: monitor
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: row(12, 1), slope(2)
     integer :: status
 
     associate (c => monitor%c, setup => monitor%setup)
       motion%q = setup%equilibrium + [c%y, c%z, c%roll]
       motion%v = [c%vy, c%vz, c%roll_rate]
-      if (c%roll_link == 'rails') then
-        ! Neither contact point of the rigid wheelset that stands on both rails moves along its normal.
-        call geometry_at(setup%side, 0.0_dp, [c%y], row)
-        slope = tan(row(4:5, 1))
-        motion%v(3) = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
-      end if
+      if (c%roll_link == 'rails') motion%v(3) = roll_rate_on_rails(c, setup)
       if (ieee_is_nan(motion%v(3))) then
         call refuse(error, 'a wheelset that can stand on both rails, for roll_link = ''rails''', 'that it cannot', &
           group='initial', variable='Y', detail=' = '//str(c%y)//' m', rest='; choose a Y nearer to 0')

@@ -79,6 +79,7 @@ contains
     if (allocated(warning)) write (error_unit, '(a)') 'ldbench: warning: '//warning%message
     if (.not. allocated(error)) then
       call summary(c, setup, result, text)
+      if (allocated(columns%kept)) text = text//'kept: '//columns%kept//', the earlier columns, of another case'//nl
       call answer(text)
     end if
     call free_tables(setup)

@@ -9,7 +9,7 @@ module run_results
   use profile, only: profile_type
   use results, only: newline, result_list, rounded
   use run_monitor, only: run_type
-  use run_setup, only: setup_type
+  use run_setup, only: roll_rate_on_rails, setup_type
   use table_results, only: list_accuracy, list_tables, list_work
   use text, only: joined, str
   use wheelset, only: contact_name, flanges
@@ -139,6 +139,24 @@ contains
     end do
     call items%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
     call list_tables(c, setup, items)
+    call warn_of_roll_rate()
+
+  contains
+
+    !> A wheelset at rest on its rails that gets a lateral velocity without the roll rate to it bounces from the start. That is
+    !> doubtful, for vY alone may have been changed.
+    subroutine warn_of_roll_rate()
+      real(dp), parameter :: apart = 0.1_dp      ! of the roll rate on the rails
+      real(dp) :: rate
+
+      if (c%formulation /= 'elastic' .or. c%roll_link /= 'none') return
+      if (abs(c%vy) <= 0 .or. max(abs(c%z), abs(c%roll), abs(c%vz)) > 0) return
+      rate = roll_rate_on_rails(c, setup)
+      if (.not. abs(c%roll_rate - rate) > apart*abs(rate)) return
+      call items%warn('&initial roll_rate: expected about '//trim(rounded(rate, 'f0.5'))//' rad/s, with which a wheelset moves '// &
+        'along its rails with vY = '//str(c%vy)//' m/s, found '//str(c%roll_rate)//'; roll_link = ''rails'' sets it')
+    end subroutine warn_of_roll_rate
+
   end subroutine list_setup
 
   !> Events, extremes, peaks, energy balance and steps of a run.

@@ -6,7 +6,7 @@ module run_setup
   use case, only: case_type
   use contact_zones, only: border_station, find_zones, least_turn, side_type
   use errors, only: error_type, place_error, refuse
-  use rigid_geometry, only: clearance, rigid_contact
+  use rigid_geometry, only: clearance, geometry_at, rigid_contact
   use kinds, only: dp
   use profile, only: is_rail, is_wheel, profile_type, read_profile
   use placement, only: place_profiles
@@ -16,7 +16,7 @@ module run_setup
   use wheelset, only: find_rest, settle, small_oscillations, wheelset_type
   implicit none
   private
-  public :: setup_type, place_sides, set_wheelset
+  public :: setup_type, place_sides, set_wheelset, roll_rate_on_rails
 
   type :: setup_type
     type(profile_type) :: wheel(2), rail(2)   !! left, right
@@ -117,6 +117,18 @@ contains
     end subroutine place_side
 
   end subroutine place_sides
+
+  !> The roll rate [rad/s] of a wheelset that moves along its rails with the initial lateral velocity: neither contact point of the
+  !> rigid wheelset that stands on both rails moves along its normal. NaN where it cannot stand there.
+  function roll_rate_on_rails(c, setup) result(rate)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    real(dp) :: rate, row(12, 1), slope(2)
+
+    call geometry_at(setup%side, 0.0_dp, [c%y], row)
+    slope = tan(row(4:5, 1))
+    rate = c%vy*sum(slope)/(row(9, 1) - row(11, 1) + sum(slope*(row([10, 12], 1) - row(3, 1))))
+  end function roll_rate_on_rails
 
   !> Set inertia and loads of the case; find equilibrium, eigenfrequencies and the static limit on the tables of `setup` or on rigid
   !> contacts.

@@ -7,7 +7,7 @@ module system
   implicit none
   private
   public :: on_terminal, read_file, write_output, survive_long_files, scratch_file, make_folder, lacks_folder, &
-    last_slash, c_exit
+    last_slash, set_aside, c_exit
 
   !> The folder for output files that the case does not name.
   character(*), parameter, public :: default_folder = 'outputs'
@@ -97,12 +97,13 @@ module system
 
 contains
 
-  !> Read a whole file at once, or standard input when `path` is '-'. Unlike Fortran's own reading, several threads may call
-  !> this procedure at the same time. `opened` and `ok` tell what failed.
-  subroutine read_file(path, bytes, opened, ok)
+  !> Read a whole file at once, or standard input when `path` is '-', or the head of a file. Unlike Fortran's own reading, several
+  !> threads may call this procedure at the same time. `opened` and `ok` tell what failed.
+  subroutine read_file(path, bytes, opened, ok, enough)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: bytes
     logical, intent(out) :: opened, ok
+    integer, intent(in), optional :: enough   !! bytes after which no more need be read
     type(c_ptr) :: file
     integer, parameter :: longest = 2**28  ! no file of ours is longer [bytes]
     character(:), allocatable :: grown
@@ -129,6 +130,9 @@ contains
       n = n + got
       ok = c_ferror(file) == 0 .and. n < longest
       if (got == 0) exit
+      if (present(enough)) then
+        if (n >= enough) exit
+      end if
     end do
     bytes = bytes(:n)
     if (opened .and. path /= '-') ignored = c_fclose(file)
@@ -193,6 +197,28 @@ contains
     is_replaceable = c_fseek(file, 0_c_long, 0_c_int) == 0   ! a pipe has no positions
     ignored = c_fclose(file)
   end function is_replaceable
+
+  !> Give a file the first free name NAME.1.ENDING, NAME.2.ENDING, ...
+  subroutine set_aside(file, aside, ok)
+    character(*), intent(in) :: file
+    character(:), allocatable, intent(out) :: aside   !! its name from now on
+    logical, intent(out) :: ok
+    character(12) :: number
+    integer :: dot, k
+    logical :: taken
+
+    dot = index(file, '.', back=.true.)
+    if (dot <= last_slash(file) + 1) dot = len(file) + 1
+    k = 0
+    taken = .true.
+    do while (taken)
+      k = k + 1
+      write (number, '(i0)') k
+      aside = file(:dot - 1)//'.'//trim(number)//file(dot:)
+      inquire (file=aside, exist=taken)
+    end do
+    ok = c_rename(file//c_null_char, aside//c_null_char) == 0
+  end subroutine set_aside
 
   !> Make a folder if it is missing, and the default folder if it lies there. Files that are written to it show whether it is there.
   subroutine make_folder(folder)

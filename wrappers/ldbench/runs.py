@@ -170,12 +170,15 @@ class ComputedRun(Run):
         return frame
 
     def write(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path."""
+        """Write the column file, by default where the case says, but not over that of the unchanged case; returns its path. An
+        earlier file of another case is kept as NAME.1.txt, NAME.2.txt, ..."""
         if path is None:
             check_own_file(self.case, "a path, or another output_file in `replace`")
         path = os.fspath(path or self.file)
-        message, length = flat.write_run(self.table._handle, self.handle, path_bytes(path))
+        kept, kept_length, message, length = flat.write_run(self.table._handle, self.handle, path_bytes(path))
         check(message, length, self.case.label)
+        if kept_length:
+            log.info("kept: %s, the earlier columns, of another case", os.fsdecode(kept[:kept_length]))
         return path
 
 

@@ -330,15 +330,18 @@ contains
   end subroutine run_summary
 
   !> Write the column file.
-  subroutine write_run(prepared, handle, path, message, length)
+  subroutine write_run(prepared, handle, path, kept, kept_length, message, length)
     integer(8), intent(in) :: prepared, handle
     character(*), intent(in) :: path
-    character(16384), intent(out) :: message
-    integer, intent(out) :: length
+    character(16384), intent(out) :: kept, message
+    integer, intent(out) :: kept_length, length
     !f2py threadsafe
     type(error_type), allocatable :: error
+    character(:), allocatable :: name
 
-    call write_finished(prepared_at(prepared), run_at(handle), path, error)
+    call write_finished(prepared_at(prepared), run_at(handle), path, name, error)
+    kept = name
+    kept_length = len(name)
     call give_error(error, message, length)
   end subroutine write_run
 

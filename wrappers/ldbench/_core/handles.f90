@@ -250,10 +250,11 @@ contains
   end subroutine simulate_watched
 
   !> Write the column file of a run.
-  subroutine write_finished(p, run, path, error)
+  subroutine write_finished(p, run, path, kept, error)
     type(prepared_type), intent(in) :: p
     type(finished_type), intent(in) :: run
     character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: kept   !! name of an earlier file of another case from now on; '' if none was there
     type(error_type), allocatable, intent(out) :: error
     type(column_file) :: columns
     integer :: i
@@ -263,6 +264,8 @@ contains
       if (.not. allocated(error)) call columns%write_row(run%kept%values(:, i), error)
     end do
     if (.not. allocated(error)) call finish_columns(p%c, run%run_type, columns, error)
+    kept = ''
+    if (allocated(columns%kept)) kept = columns%kept
   end subroutine write_finished
 
   !> The values of a case in the order of the list of variables: numbers, and texts one after the other.

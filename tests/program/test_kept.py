@@ -1,0 +1,68 @@
+"""An earlier column file is replaced by that of the same case alone, and a changed case is told what does not fit."""
+import logging
+from pathlib import Path
+
+import pytest
+
+import ldbench
+from ldbench import Case, run
+from running import run_case, short_case
+
+NAME = "columns.txt"
+
+
+def made(folder: Path, **initial: float) -> tuple[str, bytes]:
+    """Run a short case by the executable: what it prints, and its column file."""
+    text = short_case(folder, initial=initial)
+    (folder/"case.nml").write_text(text)
+    done = run_case(text, folder)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, (folder/NAME).read_bytes()
+
+
+def test_the_file_of_another_case_is_kept(tmp_path: Path):
+    """In its bytes, beside the new one, each under the first free name; the same case replaces its file."""
+    first = made(tmp_path, vY=0.1)
+    again = made(tmp_path, vY=0.1)
+    assert again[1] == first[1] and "kept" not in first[0] + again[0]
+    for number, vY in (1, 0.2), (2, 0.3):
+        earlier = (tmp_path/NAME).read_bytes()
+        told, columns = made(tmp_path, vY=vY)
+        aside = tmp_path/f"columns.{number}.txt"
+        assert columns != earlier == aside.read_bytes()
+        assert told.splitlines()[-1] == f"kept: {aside}, the earlier columns, of another case"
+    assert {file.name for file in tmp_path.glob("columns*")} == {NAME, "columns.1.txt", "columns.2.txt"}
+
+
+@pytest.mark.parametrize(("text", "kept"), [("time Y\n0.0 1.0\n", True), ("notes of mine", True), ("", False)])
+def test_anybody_s_file_is_kept(text: str, kept: bool, tmp_path: Path):
+    (tmp_path/NAME).write_text(text)
+    made(tmp_path, vY=0.1)
+    aside = tmp_path/"columns.1.txt"
+    assert aside.read_text() == text if kept else not aside.exists()
+
+
+def test_python_keeps_it_too(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    (tmp_path/"case.nml").write_text(short_case(tmp_path, initial={"vY": 0.1, "roll_link": "rails"}))
+    case = Case.from_namelist(tmp_path/"case.nml")
+    file = run(case).write()
+    earlier = (tmp_path/NAME).read_bytes()
+    with caplog.at_level(logging.INFO, "ldbench"):
+        run(case).write(file)
+        assert "kept" not in caplog.text
+        run(case.replace(vY=0.2)).write(file)
+    assert f"kept: {tmp_path/'columns.1.txt'}" in caplog.text and (tmp_path/"columns.1.txt").read_bytes() == earlier
+
+
+def test_a_roll_rate_that_does_not_fit_vy_is_one_warning(tmp_path: Path):
+    """Of the change of vY alone, on the terminal, in the column file and in Python; of no shipped case, none that is linked."""
+    told, columns = made(tmp_path, vY=0.7, roll_rate=0.01667)
+    assert told.replace("\n  ", " ").count("warning: &initial roll_rate: expected about 0.02356 rad/s") == 1
+    assert columns.count(b"warning: &initial roll_rate") == 1
+    case = Case.from_namelist(tmp_path/"case.nml")
+    with pytest.warns(ldbench.Warning, match=r"&initial roll_rate: expected about .* vY = 0.7 m/s, found 0.01667; roll_link") as found:
+        run(case)
+    assert len(found) == 1
+    for fitting in case.replace(roll_link="rails"), case.replace(vY=0.5), case.replace(vY=0.0, roll_rate=0.0), case.replace(
+            formulation="unilateral"), case.replace(vY=-0.5, roll_rate=-0.01667):
+        assert not any("roll_rate" in words for words in run(fitting).warnings)
