@@ -17,6 +17,7 @@ from .._core.calls import path_bytes
 from .._core.errors import Error
 from .._core.files import DEFAULT_FOLDER, complete
 from ..constants import DEG, MM
+from ..number_text import slope_words
 from .formats import of_array, read_file
 from .measures import Stations, survey, waviness
 from .placing import place
@@ -243,8 +244,8 @@ class ProfileData:
         for name, value in self.measures.items():
             label, unit, scale, digits = MEASURES[name]
             number = f"{scale*value:.{digits}f}" if np.isfinite(value) else "not on the profile"
-            if name in ("tread_slope", "inclination") and np.isfinite(value) and abs(value) > 1e-4:
-                number += f" (1:{1/value:.1f})"
+            if name in ("tread_slope", "inclination") and np.isfinite(value):
+                number = slope_words(value, digits)
             found.append(f"{label} {number} {unit if np.isfinite(value) else ''}".rstrip())
         return found
 

@@ -1,0 +1,89 @@
+"""Rigid contact of a level wheelset and EN 15302's conicity from the points of two files, by numpy and scipy alone.
+
+Nothing here is the program's: cubic splines over chord lengths, the gauge by its definition, the wheel lowered onto the rail on a
+grid of 0.02 mm, and the integral of the standard over a quarter of the wavelength.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+GRID = 0.02         # [mm]
+
+
+def read(path: str | Path) -> np.ndarray:
+    """Points of plain columns, (n, 2) [mm]."""
+    return np.loadtxt(path, comments=("#", "!", "%"))
+
+
+def dense(points: np.ndarray, pitch: float = GRID) -> np.ndarray:
+    """The spline through points, at equal distances along it, (n, 2) [mm]."""
+    s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
+    return CubicSpline(s, points)(np.arange(0, s[-1], pitch))
+
+
+def turned(points: np.ndarray, angle: float) -> np.ndarray:
+    """Points turned from y to z [rad]: a left rail leans to the track's centre by a positive angle."""
+    c, s = np.cos(angle), np.sin(angle)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+@dataclass(frozen=True)
+class Level:
+    """A left wheel above a left rail, y outward from the track's centre [mm]."""
+    y: np.ndarray           # of the wheel
+    wheel: np.ndarray       # its height there
+    rail_y: np.ndarray
+    rail: np.ndarray
+
+    @classmethod
+    def of(cls, wheel: np.ndarray, rail: np.ndarray, lean: float = 0.0, gauge: float = 1435.0, back_to_back: float = 1360.0,
+           depth: float = 14.0) -> Level:
+        """From points [mm]: wheel from its back, the rail turned by an angle and put to the gauge."""
+        rail = dense(turned(rail, lean))
+        top = rail[:, 1].argmax()
+        face = rail[:top + 1]
+        below = np.flatnonzero(face[:, 1] < rail[top, 1] - depth)[-1]
+        share = (rail[top, 1] - depth - face[below, 1])/(face[below + 1, 1] - face[below, 1])
+        gauge_y = face[below, 0] + share*(face[below + 1, 0] - face[below, 0])
+        rail = rail + [gauge/2 - gauge_y, -rail[top, 1]]
+        head = rail[rail[:, 1] > -depth]
+        y = np.arange(head[:, 0].min(), head[:, 0].max(), GRID)
+        order = head[:, 0].argsort(kind="stable")
+        curve = dense(wheel)
+        tip = curve[:, 1].argmin()
+        curve = curve[tip:]
+        u = np.arange(curve[0, 0], curve[-1, 0], GRID)
+        return cls(u + back_to_back/2, np.interp(u, curve[:, 0], curve[:, 1]), y, np.interp(y, head[order, 0], head[order, 1]))
+
+    def contact(self, shift: float) -> float:
+        """y in the wheelset where the wheel touches, moved outward by a shift [mm]: the least gap."""
+        at = self.y + shift
+        inside = (at > self.rail_y[0]) & (at < self.rail_y[-1])
+        gap = np.where(inside, self.wheel - np.interp(at, self.rail_y, self.rail), np.inf)
+        k = int(gap.argmin())
+        return float(self.y[k])
+
+    def radius(self, shift: float) -> float:
+        """Growth of the rolling radius with the place of the contact [mm]: minus its height."""
+        return -float(np.interp(self.contact(shift), self.y, self.wheel))
+
+    def radius_difference(self, y: np.ndarray) -> np.ndarray:
+        """Left minus right [mm] at displacements of the wheelset to the left."""
+        return np.array([self.radius(one) - self.radius(-one) for one in y])
+
+    def conicity(self, amplitude: float = 3.0) -> float:
+        """Equivalent conicity by EN 15302: of the cone with the wavelength of y'' = -delta_r(y)/(e r); NaN where the wheelset is
+        not turned back."""
+        y = np.arange(0, amplitude + 0.05, 0.05)
+        value = self.radius_difference(y)
+        work = np.r_[0.0, np.cumsum((value[1:] + value[:-1])/2*np.diff(y))]
+        t = (np.arange(2000) + 0.5)*np.pi/4000
+        left = np.interp(amplitude, y, work) - np.interp(amplitude*np.sin(t), y, work)
+        if (left <= 0).any():
+            return np.nan
+        quarter = np.mean(amplitude*np.cos(t)/np.sqrt(2*left))*np.pi/2
+        return float(np.pi**2/(8*quarter**2))
