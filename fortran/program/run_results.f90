@@ -144,6 +144,7 @@ contains
       words = words//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' #'
     end do
     call items%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
+    if (allocated(setup%remark)) call items%warn(setup%remark)
     call list_tables(c, setup, items)
   end subroutine list_setup
 

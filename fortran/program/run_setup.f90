@@ -33,6 +33,7 @@ module run_setup
     integer :: modes = 3               !! number of eigenmodes: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies at `rest`, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! modes y, z, roll in columns
+    character(:), allocatable :: remark  !! a warning of who prepared it; not allocated: none
     real(dp) :: seconds = 0            !! processor time for the preparation
   end type setup_type
 

@@ -558,6 +558,16 @@ contains
     end associate
   end subroutine rigid_numbers
 
+  !> A warning about a prepared case that its header and summary tell.
+  subroutine tell_setup(handle, words)
+    integer(8), intent(in) :: handle
+    character(*), intent(in) :: words
+    type(prepared_type), pointer :: p
+
+    p => prepared_at(handle)
+    p%setup%remark = words
+  end subroutine tell_setup
+
   !> Angles by which the left and the right rail of such a case lean to the track's centre beyond their files [rad].
   subroutine rail_inclinations(handle, angles)
     integer(8), intent(in) :: handle

@@ -13,7 +13,7 @@ from ..case import Case
 from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
 from ..constants import DEG, MM, SIDES, TAPE_CIRCLE
 from ..number_text import clearance_words, slope_words
-from ..table import rigid_geometry
+from ..table import rigid_geometry, smoothing_words
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
 from .outlines import Outlines, case_outlines
 
@@ -73,13 +73,14 @@ class Pair:
 
 
 def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
-    """The rigid geometry of a case's profiles.
+    """The rigid geometry of a case's profiles, from points that are smoothed by their noise alone; zones are those of a run.
 
     radii: of the left and the right wheel on the tape circle [m], in place of `rolling_radius` where the wheels touch.
     """
-    handle, outlines = rigid_geometry(case), case_outlines(case)
+    handle, outlines = rigid_geometry(case, "geometry"), case_outlines(case, "geometry")
+    of_run = rigid_geometry(case)
     zones = {side: zones.T[:int(count)] for side, ((_, count), zones) in zip(
-        SIDES, (flat.rigid_numbers(handle, side) for side in (1, 2)), strict=True)}
+        SIDES, (flat.rigid_numbers(of_run, side) for side in (1, 2)), strict=True)}
     end_left, end_right = (case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
     reach = round(max(LEAST_REACH, 1.3*max(outlines.clearance))/FINE_PITCH)
     y = FINE_PITCH*np.arange(-reach, reach + 1)
@@ -87,7 +88,7 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
     names = list(GEOMETRY)
     level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), (end_left, end_right))
                      for kept, rows in (("level", level_rows), ("with roll", rolled_rows)))
-    warnings = tuple(text(*flat.placement_warnings(handle)).splitlines())
+    warnings = (*text(*flat.placement_warnings(handle)).splitlines(), *filter(None, [smoothing_words(case)]))
     inclination = tuple(flat.rail_inclinations(handle).tolist())
     return Pair(zones, level, rolled, outlines, (inclination[0], inclination[1]), warnings)
 
