@@ -111,8 +111,8 @@ contains
     end do
   end subroutine set_depth
 
-  !> The foot of one point where Newton's method finds none: far from a curve through noisy points or waves, the distance has a minimum
-  !> at each of them. The nearest knot and its neighbours enclose the least one, which the golden section finds.
+  !> The foot of one point where Newton's method finds none: far from a curve through noisy points or waves, the distance has a
+  !> minimum at each of them. The nearest knot and its neighbours enclose the least one, which the golden section finds.
   pure subroutine search_foot(rail, p, foot, interval, depth, normal, rate, step)
     type(curve_type), intent(in) :: rail
     real(dp), intent(in) :: p(2)

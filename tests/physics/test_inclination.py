@@ -178,7 +178,7 @@ def test_a_rail_without_a_gauge_face_once_it_is_turned(files: dict[str, Path], t
     case = Case(wheel_profile=files["S1002"], rail_profile=tmp_path/"short.yz", **TRACK)
     assert pair(case).clearance[0] > 0.005
     with pytest.raises(Exception, match=r"^case, &track rail_inclination = -0\.05 rad: expected a gauge face 0\.014 m "
-                                        r"below the top of the turned rail, found none on \S*short\.yz; give a smaller angle, or a file that goes"):
+                       r"below the top of the turned rail, found none on \S*short\.yz; give a smaller angle"):
         pair(case.replace(rail_inclination=-0.05))
 
 

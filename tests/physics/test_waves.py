@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_inclination import cone
 
 import shapes
 from ldbench import Case, ContactTable, Profile, run
@@ -13,7 +14,6 @@ from ldbench.__main__ import main
 from ldbench.geometry.pair import Pair, pair
 from rigid_numpy import Level, read
 from running import REPO, header
-from test_inclination import cone
 
 TRACK = {"gauge": 1.435, "back_to_back": 1.36}
 RAIL = REPO/"profiles/60e1.yz"

@@ -36,8 +36,8 @@ class Rigid:
 def change_words(files: Mapping[str, str], before: Rigid, after: Rigid, unsmoothed: float | None, smoothed: float | None) -> str:
     """The change from the geometry of the points to that of a run, in a line of ASCII.
 
-    files: those of the user whose waves are smoothed, with what a run reads of them. unsmoothed, smoothed: frequency of the lateral motion [Hz]; None
-    where it is not known.
+    files: those of the user whose waves are smoothed, with what a run reads of them. unsmoothed, smoothed: frequency of the
+    lateral motion [Hz]; None where it is not known.
     """
     found = []
     for path, read in files.items():
@@ -45,7 +45,8 @@ def change_words(files: Mapping[str, str], before: Rigid, after: Rigid, unsmooth
         size, y = profile.moved
         found.append(f"{profile.kind} {Path(path).name} up to {1e3*size:.2g} um from its points' curve, at y = {y:.1f} mm")
     numbers = [f"equivalent conicity at {MM*AMPLITUDE:.0f} mm {told(before.conicity, 4)} -> {told(after.conicity, 4)}"]
-    sides = ("",) if before.clearance[0] == before.clearance[1] and after.clearance[0] == after.clearance[1] else ("left ", "right ")
+    alike = all(left == right for left, right in (before.clearance, after.clearance))
+    sides = ("",) if alike else ("left ", "right ")
     numbers += [f"{side}clearance {MM*one:.3f} -> {MM*other:.3f} mm"
                 for side, one, other in zip(sides, before.clearance, after.clearance, strict=False)]
     if smoothed is not None:

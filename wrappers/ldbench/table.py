@@ -348,7 +348,8 @@ def rigid_geometry(case: Case, curve: Curve = "run") -> Handle:
     return Handle(flat.free_prepared, address)
 
 
-def placed_outlines(case: Case, curve: Curve = "run") -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float, tuple[float, float]]:
+def placed_outlines(case: Case, curve: Curve = "run",
+                    ) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float, tuple[float, float]]:
     """The outlines of a case's profiles in their places: wheel in the frame of the wheelset and rail in that of the track, (n, 2)
     [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails;
     rigid-axle flange clearance to the left and to the right [m]. Error where a run would refuse the profiles."""
@@ -371,7 +372,7 @@ def smoothing_words(case: Case, run: Handle | None = None, frequency: float | No
     before, after = Rigid.of(rigid_geometry(case, "geometry")), Rigid.of(run or rigid_geometry(case))
     unsmoothed = None
     if frequency is not None:
-        address, message, length = flat.prepare_case(*case.replace(table_folder="").arrays(), located(case, "geometry"))
+        address, _, length = flat.prepare_case(*case.replace(table_folder="").arrays(), located(case, "geometry"))
         if not length:
             unsmoothed = float(flat.prepared_numbers(Handle(flat.free_prepared, address))[10])
     return change_words(changed, before, after, unsmoothed, frequency)
