@@ -5,15 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_sides import mirrored
 
 import en15302
 import shapes
+from geometry_table import cone, rails
 from ldbench import Case, ContactTable, Profile, read_run, run
 from ldbench.__main__ import main
 from ldbench.geometry.pair import Pair, pair
 from ldbench.profiles.measures import survey
 from ldbench.profiles.profile import frames_of
+from mirror_image import mirrored
 from rigid_numpy import Level, read, turned
 from running import REPO, header, run_case, short_case
 
@@ -21,25 +22,11 @@ TRACK = {"gauge": 1.435, "back_to_back": 1.36}
 CANT = float(np.arctan(1/40))
 
 
-def cone(slope: float) -> np.ndarray:
-    """Flange and throat of the wheel S1002 with a conical tread from where the throat is nearly as steep, (n, 2) [mm]."""
-    wheel = read(REPO/"profiles/s1002.yz")
-    angle = np.gradient(wheel[:, 1], wheel[:, 0])
-    tip = wheel[:, 1].argmin()
-    steepest = tip + angle[tip:].argmax()
-    end = steepest + np.flatnonzero(angle[steepest:] < max(slope, 0.08))[0]
-    run = np.arange(0.25, 135 - wheel[end, 0], 0.25)[:, None]
-    return np.concatenate([wheel[:end + 1], wheel[end] + run*[1, slope]])
-
-
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Wheels, and rails as they are published: upright."""
     folder = tmp_path_factory.mktemp("profiles")
-    upright = turned(read(REPO/"profiles/60e1.yz"), -CANT)
-    upright -= [np.interp(-14, upright[:upright[:, 1].argmax(), 1] - upright[:, 1].max(), upright[:upright[:, 1].argmax(), 0]),
-                upright[:, 1].max()]
-    points = {"cone 1:20": cone(1/20), "cone 1:40": cone(1/40), "cylinder": cone(0.0), "upright": upright,
+    points = {"cone 1:20": cone(1/20), "cone 1:40": cone(1/40), "cylinder": cone(0.0), "upright": rails()["60E1"],
               "C": en15302.points("C")[1:]}
     found = {name: folder/f"{name.replace(':', '_').replace(' ', '_')}.yz" for name in points}
     for name, path in found.items():
@@ -51,7 +38,7 @@ def placed(wheel: Path, rail: Path, **changes: object) -> Pair:
     return pair(Case(wheel_profile=wheel, rail_profile=rail, **TRACK).replace(changes))
 
 
-# Conicity at 3 mm of S1002 on 60E1, upright, at 1:40 and at 1:20, by a program that is not ours (issue RAILS).
+# Conicity at 3 mm of S1002 on 60E1, upright, at 1:40 and at 1:20, by an independent program from the same files.
 PUBLISHED = {"0": 0.137, "1:40": 0.174, "1:20": 0.009}
 
 

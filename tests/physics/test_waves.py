@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_inclination import cone
 
 import shapes
+from geometry_table import cone, waved
 from ldbench import Case, ContactTable, Profile, run
 from ldbench.__main__ import main
 from ldbench.geometry.pair import Pair, pair
@@ -18,12 +18,6 @@ from running import REPO, header
 TRACK = {"gauge": 1.435, "back_to_back": 1.36}
 RAIL = REPO/"profiles/60e1.yz"
 AMPLITUDES = 1.0, 2.0, 3.0      # [mm]
-
-
-def waved(points: np.ndarray, amplitude: float, length: float, phase: float = 0.0) -> np.ndarray:
-    """Points moved along their normals by a wave of an amplitude and a length [mm]."""
-    s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
-    return points + amplitude*np.sin(2*np.pi*s/length + phase)[:, None]*shapes.normals(points)
 
 
 def s1002() -> np.ndarray:
