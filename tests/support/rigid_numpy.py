@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 GRID = 0.02         # [mm]
+STRAIGHT = 1e-6     # a radius difference below this does not steer [mm]
 
 
 def read(path: str | Path) -> np.ndarray:
@@ -89,6 +90,8 @@ def by_wavelength(amplitude: float, radius_difference: Callable[[np.ndarray], np
     work = np.r_[0.0, np.cumsum((value[1:] + value[:-1])/2*np.diff(y))]
     t = (np.arange(2000) + 0.5)*np.pi/4000
     left = np.interp(amplitude, y, work) - np.interp(amplitude*np.sin(t), y, work)
+    if np.abs(left).max() < STRAIGHT*amplitude:
+        return 0.0
     if (left <= 0).any():
         return np.nan
     quarter = np.mean(amplitude*np.cos(t)/np.sqrt(2*left))*np.pi/2
