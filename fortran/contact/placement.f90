@@ -2,27 +2,29 @@
 !> the rolling radius say where they are.
 module placement
   use curve, only: curve_frame, curve_point, curve_type
-  use errors, only: error_type, fatal_error
+  use errors, only: error_type, fatal_error, refuse
   use root_bracket, only: bracket_type
   use kinds, only: degree, dp
   use station_scan, only: new_scan, scan_type, touch
   use text, only: str
-  use wheel_rail_pair, only: angle_step, mean_curvature, pair_type, rail_station
+  use wheel_rail_pair, only: angle_step, mean_curvature, pair_type, rail_station, rolled
   implicit none
   private
   public :: place_profiles
 
 contains
 
-  !> Place the curves of a left wheel and a left rail.  Fails where the rail does not reach down to `gauge_depth`, and
+  !> Place the curves of a left wheel and a left rail.  The rail is turned by `inclination` first; then its highest point is the top
+  !> of rail and its gauge is measured.  Fails where the rail does not reach down to `gauge_depth`, and
   !> where the centred wheelset does not stand on its treads; the messages name the files.
-  subroutine place_profiles(wheel, rail, wheel_file, rail_file, gauge, gauge_depth, back_to_back, rolling_radius, &
-    pair, error)
+  subroutine place_profiles(wheel, rail, wheel_file, rail_file, gauge, gauge_depth, inclination, back_to_back, &
+    rolling_radius, pair, error)
     type(curve_type), intent(in) :: wheel   !! y outward from the wheel's back, z up [m]
     type(curve_type), intent(in) :: rail    !! y outward, z up, y from any point [m]
     character(*), intent(in) :: wheel_file, rail_file   !! for messages
     real(dp), intent(in) :: gauge           !! between the rails, gauge_depth below their top [m]
     real(dp), intent(in) :: gauge_depth     !! [m]
+    real(dp), intent(in) :: inclination     !! of the rail to the track's centre, beyond its file [rad]
     real(dp), intent(in) :: back_to_back    !! [m]
     real(dp), intent(in) :: rolling_radius  !! at the centred contact point [m]
     type(pair_type), intent(out) :: pair
@@ -33,10 +35,16 @@ contains
 
     pair%rail = rail
     pair%wheel = wheel
+    if (abs(inclination) > 0) call turn(pair%rail, inclination)
 
     top = maxval(pair%rail%a(2, 1, :))
     call find_gauge_point(pair%rail, top - gauge_depth, r, ok)
-    if (.not. ok) then
+    if (.not. ok .and. abs(inclination) > 0) then
+      call refuse(error, 'a gauge face '//str(gauge_depth)//' m below the top of the turned rail', &
+        'none on '//rail_file, group='track', variable='rail_inclination', detail=' = '//str(inclination)//' rad', &
+        rest='; give a smaller angle, or a file that goes farther down')
+      return
+    else if (.not. ok) then
       call fatal_error(error, 'the rail has no gauge face '//str(gauge_depth)// &
         ' m below its top; &track gauge_depth must lie within the profile', rail_file)
       return
@@ -72,6 +80,19 @@ contains
     pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
     pair%flange_tip = pair%r(:, minloc(pair%r(2, :), 1))
   end subroutine place_profiles
+
+  !> Turn a curve by an angle [rad] from y to z. About which point does not matter: what is placed is moved afterwards.
+  pure subroutine turn(c, angle)
+    type(curve_type), intent(inout) :: c
+    real(dp), intent(in) :: angle
+    integer :: i, k
+
+    do i = 0, c%n
+      do k = 1, 4
+        c%a(:, k, i) = rolled(c%a(:, k, i), angle)
+      end do
+    end do
+  end subroutine turn
 
   !> The point r [m] of the rail's gauge side at height z [m].  `ok` is false where the rail does not reach it.
   subroutine find_gauge_point(rail, z, r, ok)

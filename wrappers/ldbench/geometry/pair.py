@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import flat
-from .._core.calls import Handle
+from .._core.calls import Handle, text
 from .._core.errors import Error
 from ..case import Case
 from ..conicity import FINE_PITCH, GEOMETRY, level_rows, rolled_rows
 from ..constants import DEG, MM, SIDES, TAPE_CIRCLE
-from ..number_text import clearance_words
-from ..table import rigid_geometry
+from ..number_text import clearance_words, slope_words
+from ..table import rigid_geometry, smoothing_words
 from .contact_geometry import AMPLITUDE, CURVE, ContactGeometry
 from .outlines import Outlines, case_outlines
 
@@ -28,6 +28,8 @@ class Pair:
     level: ContactGeometry              # of the wheelset that is kept level, as EN 15302 has it
     rolled: ContactGeometry             # of the wheelset that stands on both rails
     outlines: Outlines                  # of wheels and rails, with the clearances
+    inclination: tuple[float, float]    # of the left and the right rail to the track's centre, beyond their files [rad]
+    warnings: tuple[str, ...]           # what is doubtful about the profiles in their places, a line each
 
     @property
     def clearance(self) -> tuple[float, float]:
@@ -38,13 +40,16 @@ class Pair:
         """The numbers, SI units."""
         names = "y_first", "y_last", "flange", "angle"
         return {"clearance_left": self.clearance[0], "clearance_right": self.clearance[1],
+                "rail_inclination": list(self.inclination), "warnings": list(self.warnings),
                 "zones": {side: [dict(zip(names, zone.tolist(), strict=True)) for zone in zones]
                           for side, zones in self.zones.items()},
                 "conicity": {found.kept: found.facts() for found in (self.level, self.rolled)}}
 
     def lines(self) -> list[str]:
         """What there is to say, line by line."""
-        found = [f"rigid-axle clearance {clearance_words(*self.clearance)} mm"]
+        found = [f"rigid-axle clearance {clearance_words(*self.clearance)} mm", *(f"warning: {words}" for words in self.warnings)]
+        if words := inclination_words(self.inclination):
+            found.append(words)
         for amplitude in (2e-3, 3e-3, 4e-3):
             level, rolled = self.level.conicity_at(amplitude), self.rolled.conicity_at(amplitude)
             if np.isfinite(rolled):
@@ -68,13 +73,14 @@ class Pair:
 
 
 def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
-    """The rigid geometry of a case's profiles.
+    """The rigid geometry of a case's profiles, from points that are smoothed by their noise alone; zones are those of a run.
 
     radii: of the left and the right wheel on the tape circle [m], in place of `rolling_radius` where the wheels touch.
     """
-    handle, outlines = rigid_geometry(case), case_outlines(case)
+    handle, outlines = rigid_geometry(case, "geometry"), case_outlines(case, "geometry")
+    of_run = rigid_geometry(case)
     zones = {side: zones.T[:int(count)] for side, ((_, count), zones) in zip(
-        SIDES, (flat.rigid_numbers(handle, side) for side in (1, 2)), strict=True)}
+        SIDES, (flat.rigid_numbers(of_run, side) for side in (1, 2)), strict=True)}
     end_left, end_right = (case.back_to_back/2 + max(side[side[:, 2] == 1, 1], default=-np.inf) for side in zones.values())
     reach = round(max(LEAST_REACH, 1.3*max(outlines.clearance))/FINE_PITCH)
     y = FINE_PITCH*np.arange(-reach, reach + 1)
@@ -82,7 +88,17 @@ def pair(case: Case, radii: Sequence[float] | None = None) -> Pair:
     names = list(GEOMETRY)
     level, rolled = (ContactGeometry.of(kept, names, rows(handle, y, raised), (end_left, end_right))
                      for kept, rows in (("level", level_rows), ("with roll", rolled_rows)))
-    return Pair(zones, level, rolled, outlines)
+    warnings = (*text(*flat.placement_warnings(handle)).splitlines(), *filter(None, [smoothing_words(case)]))
+    inclination = tuple(flat.rail_inclinations(handle).tolist())
+    return Pair(zones, level, rolled, outlines, (inclination[0], inclination[1]), warnings)
+
+
+def inclination_words(inclination: tuple[float, float]) -> str:
+    """By how much rails lean to the track's centre beyond their files; '' where they stand as the files have them."""
+    left, right = inclination
+    if left == right:
+        return f"rails inclined by {slope_words(left)} beyond their files" if left else ""
+    return f"rails inclined beyond their files: left {slope_words(left)}, right {slope_words(right)}"
 
 
 def raised_surfaces(case: Case, handle: Handle, radii: Sequence[float] | None) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from .._core.calls import path_bytes
 from .._core.errors import Error
 from .._core.files import DEFAULT_FOLDER, complete
 from ..constants import DEG, MM
+from ..number_text import slope_words
 from .formats import of_array, read_file
 from .measures import Stations, survey, waviness
 from .placing import place
@@ -32,6 +33,7 @@ MOST_NOISE = 5e-3           # of points that show waves [mm]
 LARGEST_TURN = np.radians(60)           # of a smoothed curve at a knot
 TANGLE, MOST_TANGLES = 2.0, 6           # where points follow no curve, those so near are left out [mm]; places, at most
 LEAST_SPACING = 1e-3        # nearer points are one to the core [mm]
+GEOMETRY = "# geometry: "  # begins the line of a point of `geometry` in a file whose `curve` is smoothed further
 MOST_SPACING = 1.0          # of points whose noise can be told from their curve [mm]
 # Label of a measure, unit, scale from SI, decimals.
 MEASURES = {
@@ -54,9 +56,11 @@ class ProfileData:
     origin: str                 # how y = 0 was found
     noise: float                # of the points, rms, normal to the curve [mm]; NaN where their distance hides it
     smoothing: float            # rms distance between curve and points [mm]; 0: the curve goes through the points
+    own_smoothing: float        # the same of `geometry` [mm]
     notes: list[str]            # what was done to the points, and what is doubtful, a line each
     points: np.ndarray          # placed and mended, (n, 2) [mm]
-    curve: np.ndarray           # points of the curve that a run uses, (m, 2) [mm]: cubic splines go through them
+    geometry: np.ndarray        # points of the curve by their noise alone, (m, 2) [mm]: cubic splines go through them
+    curve: np.ndarray           # of the curve that a run uses; without the waves that would break a contact into several patches
 
     def __init__(self, source: str | os.PathLike[str] | Sequence[Sequence[float]] | np.ndarray, kind: str = "", *,
                  unit: str = "auto", flip: str = "auto", wheel_back: float | None = None, smoothing: float | None = None,
@@ -87,7 +91,9 @@ class ProfileData:
             self.as_it_is = unmoved and core_takes(self.path, self.kind)
         if self.as_it_is:
             self.points = self.curve = raw.points
-            self.noise, self.smoothing = MM*point_noise(raw.points), 0.0
+            told = geometry_lines(self.path) if raw.taken else np.empty((0, 2))
+            self.geometry = told if len(told) else raw.points
+            self.noise, self.smoothing, self.own_smoothing = MM*point_noise(raw.points), 0.0, 0.0
             self.notes = [raw.taken] if raw.taken else []
             return
         mended = mend(placed.points, placed.lines, where)
@@ -100,8 +106,8 @@ class ProfileData:
     def _smooth(self, distance: float | None, rounding: float) -> None:
         """Choose the curve. rounding: noise that the decimals of the points alone make [mm]."""
         spacing = np.diff(chord_lengths(self.points))
-        self.noise, self.smoothing = MM*point_noise(self.points), 0.0
-        self.curve = self.points[np.r_[True, spacing > LEAST_SPACING]]
+        self.noise, self.smoothing, self.own_smoothing = MM*point_noise(self.points), 0.0, 0.0
+        self.curve = self.geometry = self.points[np.r_[True, spacing > LEAST_SPACING]]
         usual = float(np.median(spacing))
         if usual > MOST_SPACING:
             self.noise = np.nan
@@ -117,17 +123,21 @@ class ProfileData:
         most = SURE*self.noise if self.noise > max(rounding, NEGLIGIBLE) else np.inf
         found = self._smoothed(distance, rounding, most)
         self.noise = found.noise
+        if not quiet:
+            self.geometry, self.own_smoothing = found.points, found.distance
         even, asked = found, found.distance
         while distance is None and found.noise < MOST_NOISE and asked < MOST_EVEN and self._wavy(even.points):
             asked = min(max(LEAST_EVEN, 1.5*asked), MOST_EVEN)
             even = self._smoothed(asked, rounding, most)
         if asked > found.distance and self._wavy(even.points):
             self.notes.append("wavy: contacts fall into several patches")
-        elif asked > found.distance:
-            self.notes.append(f"wavy: smoothed by {1e3*even.distance:.2g} µm everywhere, more than the noise of "
-                              f"{1e3*even.noise:.2g} µm, so that a contact is one patch; smoothing=0 keeps the waves")
-            found = even
         self.smoothing, self.curve = found.distance, found.points
+        if asked > found.distance and not self._wavy(even.points):
+            self.smoothing, self.curve = even.distance, even.points
+            size, y = self.moved
+            self.notes.append(f"wavy: for a run smoothed by {1e3*even.distance:.2g} µm, more than the noise of "
+                              f"{1e3*even.noise:.2g} µm, so that a contact is one patch; its curve is up to {1e3*size:.2g} µm from "
+                              f"that of the geometry, at y = {y:.1f} mm; smoothing=0 keeps the waves")
         if len(found.far) and found.distance <= FAR*found.noise:
             places = ", ".join(f"{y:.1f}" for y, _ in found.far[:5])
             self.notes.append(f"the curve keeps farther from the points than {FAR:.0f} times their noise at y = {places} mm"
@@ -164,13 +174,29 @@ class ProfileData:
 
     @functools.cached_property
     def smooth(self) -> Stations:
+        """The curve by the noise of the points alone: that of the measures and of conicity."""
+        return self._survey(self.geometry)[0]
+
+    @functools.cached_property
+    def used(self) -> Stations:
         """The curve that a run uses."""
         return self._survey(self.curve)[0]
+
+    @property
+    def smoothed_further(self) -> bool:
+        """Whether the curve that a run uses is not that of the geometry."""
+        return self.geometry is not self.curve and not np.array_equal(self.geometry, self.curve)
+
+    @functools.cached_property
+    def moved(self) -> tuple[float, float]:
+        """The largest distance of the curve that a run uses from that of the geometry, and y of its place [mm]."""
+        off = np.abs(distances(self.geometry, self._fine))
+        return float(off.max()), float(self.geometry[off.argmax(), 0])
 
     @functools.cached_property
     def measures(self) -> dict[str, float]:
         """Measures of workshop and track, SI units; NaN where the profile does not go so far."""
-        return self._survey(self.curve)[1]
+        return self._survey(self.geometry)[1]
 
     def _survey(self, points: np.ndarray) -> tuple[Stations, dict[str, float]]:
         return survey(self.kind, *frames_of(points), self._gauge_depth)
@@ -185,6 +211,7 @@ class ProfileData:
         taken = ", ".join([self.format, self.origin, *self.notes, self._kept()]).replace("µm", "um")
         return (f"# {self.kind} {Path(self.path).name}\n# taken: {taken}\n"
                 + "# reconstruction of another profile\n"*self._reconstruction
+                + "".join(f"{GEOMETRY}{y:.9f} {z:.9f}\n" for y, z in self.geometry.tolist())*self.smoothed_further
                 + "# columns: y z, both in mm, z up, y towards the field side\n" + rows + "\n").encode("ascii", "replace")
 
     def _kept(self) -> str:
@@ -192,7 +219,9 @@ class ProfileData:
         noise = "unknown" if np.isnan(self.noise) else "below 0.0001 mm"
         if self.noise > NEGLIGIBLE:
             noise = f"about {self.noise:.4f} mm"
-        curve = f"smoothed by {self.smoothing:.4f} mm" if self.smoothing else "curve through the points"
+        curve = f"smoothed by {self.own_smoothing:.4f} mm" if self.own_smoothing else "curve through the points"
+        if self.smoothing and self.smoothed_further:
+            curve += f", for a run smoothed by {self.smoothing:.4f} mm"
         return f"noise of the points {noise}, {curve}"
 
     @property
@@ -217,11 +246,7 @@ class ProfileData:
 
     def distance(self) -> np.ndarray:
         """Distance of every point from the curve, to the left of the walk positive, (n,) [mm]."""
-        y, z = self._fine
-        near = np.argmin((self.points[:, :1] - y)**2 + (self.points[:, 1:] - z)**2, axis=1).clip(1, len(y) - 2)
-        along = np.stack([y[near + 1] - y[near - 1], z[near + 1] - z[near - 1]])
-        off = self.points.T - np.stack([y[near], z[near]])
-        return (along[0]*off[1] - along[1]*off[0])/np.hypot(*along)
+        return distances(self.points, self._fine)
 
     @functools.cached_property
     def _fine(self) -> np.ndarray:
@@ -243,13 +268,29 @@ class ProfileData:
         for name, value in self.measures.items():
             label, unit, scale, digits = MEASURES[name]
             number = f"{scale*value:.{digits}f}" if np.isfinite(value) else "not on the profile"
-            if name in ("tread_slope", "inclination") and np.isfinite(value) and abs(value) > 1e-4:
-                number += f" (1:{1/value:.1f})"
+            if name in ("tread_slope", "inclination") and np.isfinite(value):
+                number = slope_words(value, digits)
             found.append(f"{label} {number} {unit if np.isfinite(value) else ''}".rstrip())
         return found
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.lines()[0]}>"
+
+
+def distances(points: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """Distances of points (n, 2) from a curve through near points `fine`, (2, m), to the left of the walk positive, (n,) [mm]."""
+    y, z = fine
+    near = np.argmin((points[:, :1] - y)**2 + (points[:, 1:] - z)**2, axis=1).clip(1, len(y) - 2)
+    along = np.stack([y[near + 1] - y[near - 1], z[near + 1] - z[near - 1]])
+    off = points.T - np.stack([y[near], z[near]])
+    return (along[0]*off[1] - along[1]*off[0])/np.hypot(*along)
+
+
+def geometry_lines(path: str) -> np.ndarray:
+    """Points of the geometry in a file that the program wrote, (n, 2) [mm]; none where they are those of the run."""
+    with open(path, encoding="utf-8", errors="replace") as file:
+        found = [line.removeprefix(GEOMETRY).split() for line in file if line.startswith(GEOMETRY)]
+    return np.array(found, float).reshape(-1, 2)
 
 
 def point_noise(points: np.ndarray) -> float:
@@ -277,6 +318,27 @@ def core_file(path: str, kind: str) -> str:
     except OSError:
         return path             # the core tells it
     return _converted(os.path.realpath(path), kind, state.st_mtime_ns, state.st_size) or path
+
+
+def geometry_file(path: str, kind: str) -> str:
+    """The same with the curve by the noise of the points alone."""
+    file = core_file(path, kind)
+    try:
+        state = Path(file).stat()
+    except OSError:
+        return file
+    return _geometry(os.path.realpath(file), kind, state.st_mtime_ns, state.st_size) or file
+
+
+@functools.lru_cache(maxsize=1000)
+def _geometry(path: str, kind: str, *state: int) -> str:
+    """The file with the geometry of a file that the core reads; '' where that is its own."""
+    if not len(points := geometry_lines(path)):
+        return ""
+    target = scratch_folder(os.getpid())/f"geometry-{checksum(Path(path).read_bytes())}-{Path(path).name}"
+    rows = "".join(f"{y:.9f} {z:.9f}\n" for y, z in points.tolist())
+    target.write_text(f"# {kind} {Path(path).name}\n# taken: smoothed by the noise of its points alone\n{rows}")
+    return str(target)
 
 
 @functools.lru_cache(maxsize=1000)
