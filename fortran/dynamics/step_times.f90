@@ -37,7 +37,7 @@ contains
     integer, intent(in) :: contact
     real(dp), intent(out) :: t
     type(contact_state), intent(out) :: state
-    real(dp), parameter :: close = 2e-10_dp      ! [s]
+    real(dp), parameter :: close = 2e-11_dp      ! [s]
     integer, parameter :: most = 60
     real(dp) :: dt, shut, open, depth, shut_before, depth_before, rate, zero
     logical :: closes(4)

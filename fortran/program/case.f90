@@ -182,7 +182,7 @@ contains
     call all%add('table', 'depth', c%extent%depth, 1e-6_dp, 1e-2_dp, 'm', 'the table covers this penetration')
     call all%add('table', 'accuracy', c%accuracy, 1e-6_dp, 1.0_dp, '', &
       'rms error asked for of a wheel''s force on the tread, on the flange and on both at once, relative to '//floored_force)
-    call all%add('integrator', 'order', c%order, 2, 6, &
+    call all%add('integrator', 'order', c%order, 2, 4, &
       'order of the steps: 2 (Newmark) or 4 (explicit)')
     call all%add('integrator', 'beta', c%beta, 0.0_dp, 0.5_dp, '1', &
       'beta of Newmark''s method; 0 is explicit, as order = 4 is')
