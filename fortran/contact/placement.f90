@@ -30,7 +30,8 @@ contains
     type(pair_type), intent(out) :: pair
     type(error_type), allocatable, intent(out) :: error
     type(scan_type) :: scan
-    real(dp) :: top, lift, r(2), angle, curvature
+    real(dp), parameter :: least_head = 0.04_dp    ! width of a rail's head, but of models [m]
+    real(dp) :: top, above, lift, r(2), angle, curvature
     logical :: ok
 
     pair%rail = rail
@@ -53,7 +54,10 @@ contains
 
     ! The centred wheel is lowered until it touches.  Its contact point is then at the rolling radius.
     scan = new_scan(pair)
-    call touch(pair, scan, 1, size(pair%s), [0.0_dp, 1.0_dp - minval(pair%r(2, :))], 0.0_dp, 0.0_dp, &
+    ! A small rail has sharp corners, past which a search from far above would miss its top.
+    above = 1
+    if (maxval(pair%rail%a(1, 1, 1:)) - minval(pair%rail%a(1, 1, 1:)) < least_head) above = 5e-3_dp
+    call touch(pair, scan, 1, size(pair%s), [0.0_dp, above - minval(pair%r(2, :))], 0.0_dp, 0.0_dp, &
       lift, pair%centred_station, ok)
     if (ok) then
       call curve_frame(pair%wheel, pair%centred_station, r, angle, curvature)
@@ -69,7 +73,7 @@ contains
       error%variable = 'gauge'
       return
     end if
-    pair%axle_height = 1 - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
+    pair%axle_height = above - minval(pair%r(2, :)) + lift + r(2) + rolling_radius
     pair%wheel%a(2, 1, :) = pair%wheel%a(2, 1, :) - (r(2) + rolling_radius)
     pair%r(2, :) = pair%r(2, :) - (r(2) + rolling_radius)
     pair%flange_tip = pair%r(:, minloc(pair%r(2, :), 1))

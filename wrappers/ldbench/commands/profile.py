@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="axes to turn over (default: as the shape says)")
     parser.add_argument("--wheel-back", type=float, metavar="MM", help="y of the wheel's back in its file [mm]")
     parser.add_argument("--slice", type=int, metavar="N", help="which profile of a file that has several, from 1")
+    parser.add_argument("--scale", type=float, metavar="N", help="N of a model 1:N, from 1 to 10 (default: as the size says)")
     parser.add_argument("--radii", type=two_radii, metavar="LEFT,RIGHT",
                         help="radii of the wheels on the tape circle [m], in place of rolling_radius where they touch")
     parser.add_argument("--en15302", choices=TABLES, metavar="CASE",
@@ -64,7 +65,7 @@ def main(args: argparse.Namespace) -> int:
     check_written([args.output], map(Path, args.files))
     case = Case(settings(args.set))
     profiles = [Profile(file, unit=args.unit, flip=args.flip, wheel_back=args.wheel_back, smoothing=args.smoothing,
-                        slice=args.slice, gauge_depth=case.gauge_depth) for file in args.files]
+                        slice=args.slice, gauge_depth=case.gauge_depth, scale=args.scale) for file in args.files]
     profiles.sort(key=lambda profile: profile.kind, reverse=True)
     found = None
     if len(profiles) == 2:

@@ -106,6 +106,12 @@ def remarks_of(lines: Iterable[str]) -> dict[str, str]:
     return {name: words for name, _, words in pairs}
 
 
+def told_by(path: str | os.PathLike[str]) -> tuple[float, dict[str, str]]:
+    """The scale of a profile, 5 for 1:5, and the remarks on its measures, as a file of the program tells them."""
+    lines = [line for line in read_text(Path(path)).split("\n") if line.startswith("#")]
+    return _after(lines, SCALE, 1.0), remarks_of(lines)
+
+
 def of_array(points: object) -> Raw:
     """Take points in millimetres, of shape (n, 2) or (2, n), y and z. Raises Error for other shapes and for numbers that are not
     finite."""

@@ -130,6 +130,7 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
     else:
         back, origin, remark = _wheel_origin(raw, points[on], where, wheel_back, sign, factor, scale)
         if remark:
+            remarks["clearance"] = remark
             remarks["Sd"] = "; ".join(filter(None, (remarks.get("Sd", ""), remark)))
         points = points - [back, 0.0]
         height, first, last = _running_surface(points[on])
@@ -151,8 +152,8 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
         points, lines = points[first:last + 1], lines[first:last + 1]
         if hidden > 0:      # the depth is that of the lip
             depth = points[:, 1].max() - points[0, 1]
-            remarks["gauge_point_y"] = (f"the side goes back below a lip {depth/scale:.2f} mm down and stays behind it to "
-                                        f"{hidden/scale:.2f} mm")
+            remarks["gauge_point_y"] = remarks["clearance"] = (f"the side goes back below a lip {depth/scale:.2f} mm down and stays behind it to "
+                                                               f"{hidden/scale:.2f} mm")
     return Placed(points, lines, shape.kind, factor, origin, notes, scale, hidden, remarks)
 
 
