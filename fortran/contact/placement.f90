@@ -115,6 +115,7 @@ contains
     type(curve_type), intent(in) :: rail
     integer, intent(in) :: first
     real(dp), intent(inout) :: r(2)
+    real(dp), parameter :: same = 1e-7_dp  ! on an upright side all points are as far in, but for rounding [m]
     type(bracket_type) :: range
     real(dp) :: d1(2), d2(2), end1(2), end2(2), point(2), s
     integer :: i, k, last, iter
@@ -122,7 +123,7 @@ contains
     last = maxloc(rail%a(2, 1, 1:), 1)
     if (first > last) return
     k = first - 1 + minloc(rail%a(1, 1, first:last), 1)
-    if (rail%a(1, 1, k) >= r(1)) return
+    if (rail%a(1, 1, k) > r(1) - same) return
     r = rail%a(:, 1, k)
     if (k == 1 .or. k == rail%n) return
     ! y of the curve is least near its knot with the least y, where dy/ds = 0.

@@ -105,7 +105,7 @@ contains
     call all%add('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
     call all%add('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
     call all%add('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
-    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
+    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1e-4_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the longitudinal axis')
     call all%add('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the axle; it enters the gyroscopic moment only')

@@ -45,11 +45,11 @@ def test_a_lip_is_the_gauge_point(tmp_path: Path):
     rail = Profile(written(tmp_path, "low.ban", lip), gauge_depth=0.015875)
     innermost = lip[lip[:, 1] > -15.875, 0].min()
     assert 1e3*rail.measures["gauge_point_y"] == pytest.approx(innermost, abs=2e-3)
-    assert "goes back below a lip 11.0" in line_of(rail, "gauge point at y -0.72") and "32.9" in line_of(rail, "gauge point")
+    assert "goes back below a lip 11.0" in line_of(rail, "gauge point at y -0.72") and "32.87" in line_of(rail, "gauge point")
     assert "goes back below a lip" in str(rail.facts()["gauge_point_y_remark"])
     rail.write(tmp_path/"low.yz")
     again = Profile(tmp_path/"low.yz", gauge_depth=0.015875)
-    assert again.as_it_is and again.measures == rail.measures and again.remark("gauge_point_y") == rail.remark("gauge_point_y")
+    assert again.as_it_is and again.measures == pytest.approx(rail.measures, nan_ok=True) and again.remark("gauge_point_y") == rail.remark("gauge_point_y")
     case = Case.exercise(2).replace(**EXERCISE, wheel_profile=str(table.REPO/"profiles/s1002.yz"), gauge_depth=0.015875)
     of_lip, of_written, whole = (pair(case.replace(rail_profile=path)) for path in (
         rail.path, tmp_path/"low.yz", str(table.REPO/"profiles/60e1.yz")))
@@ -65,14 +65,14 @@ def test_a_lip_is_the_gauge_point(tmp_path: Path):
 
 
 @pytest.mark.parametrize("kind", ["", "rail"])
-@pytest.mark.parametrize("shift", [0, 400, 800])
-def test_a_section_is_cut_below_its_head(kind: str, shift: int):
-    for points in table.section(RAIL), table.section(RAIL, closed=False):
-        rail = Profile(np.roll(points, shift, axis=0) if points is not None and shift else points, kind) \
-            if np.hypot(*(points[0] - points[-1])) < 3 else Profile(points, kind)
-        assert rail.kind == "rail" and rail.points[:, 1].min() > -60
-        assert any(note.startswith("a section of 172 mm, cut below its head: ") for note in rail.notes)
-        assert 1e3*rail.measures["corner_radius"] == pytest.approx(13, rel=1e-3)
+@pytest.mark.parametrize("shift", [None, 0, 400, 800])
+def test_a_section_is_cut_below_its_head(kind: str, shift: int | None):
+    """Closed, from any point of its outline on; or open, from one corner of the foot to the other."""
+    points = table.section(RAIL, closed=False) if shift is None else np.roll(table.section(RAIL), shift, axis=0)
+    rail = Profile(points, kind)
+    assert rail.kind == "rail" and rail.points[:, 1].min() > -60
+    assert any(note.startswith("a section of 171.7 mm, cut below its head: ") for note in rail.notes)
+    assert 1e3*rail.measures["corner_radius"] == pytest.approx(13, rel=1e-3)
 
 
 def test_the_corners_of_a_section_are_enough(tmp_path: Path):

@@ -108,9 +108,10 @@ class ContactGeometry:
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
+        none = {f"{MM*amplitude:g} mm": words for amplitude in (SOFT/self.scale, AMPLITUDE/self.scale, STIFF/self.scale)
+                if (words := self.why_none(amplitude))}
+        away = {"rolling_radius_difference": np.array([self.difference_at(amplitude) for amplitude in self.amplitude]), "none": none}
         return {"amplitude": self.amplitude, "EN 15302": self.conicity, "harmonic linearisation": self.linearised,
-                "rolling_radius_difference": np.array([self.difference_at(amplitude) for amplitude in self.amplitude]),
-                "none": {f"{MM*amplitude:g} mm": words for amplitude in (SOFT/self.scale, AMPLITUDE/self.scale, STIFF/self.scale)
-                         if (words := self.why_none(amplitude))},
+                **(away if none else {}),
                 "nonlinearity_parameter": self.nonlinearity, "rolling_radii_coefficient": self.rolling_radii_coefficient(),
                 "contact_angle_parameter": self.parameter("angle"), "roll_angle_parameter": self.parameter("roll")}

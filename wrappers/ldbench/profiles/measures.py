@@ -216,14 +216,14 @@ def stretch(angle: np.ndarray, steeper: float, flatter: float) -> tuple[int, int
 def arc_radii(s: np.ndarray, angle: np.ndarray, steeper: float, flatter: float, off: float) -> list[float]:
     """Radii [m] of the one or two arcs of a rail between two tangent angles [rad] on the gauge side, in the order of the walk.
 
-    On an arc the angle falls in proportion to the way. `off` is the share of all of the angle by which one or two straight lines may
-    miss it; none are given where they miss it by more.
+    On an arc the angle falls in proportion to the way. `off` is the share of all of the angle by which one straight line may miss it,
+    and two by half as much; none are given where they miss it by more.
     """
     start, end = stretch(angle, steeper, flatter)
     if start < 0 or end <= start:
         return []
     mean = float((s[end] - s[start])/(angle[start] - angle[end]))
-    near = min(OVER, max(1, (end - start)//6))
+    near = min(OVER, max(1, (end - start)//20))
     x, turn = (np.convolve(values[start:end + 1], np.full(near, 1/near), "valid") for values in (s, angle))
     if len(x) < 6 or missed(np.column_stack([np.ones_like(x), x]), turn)[0] <= off*abs(turn[0] - turn[-1]):
         return [mean]
@@ -233,7 +233,7 @@ def arc_radii(s: np.ndarray, angle: np.ndarray, steeper: float, flatter: float, 
         if miss < best:
             best, slopes = miss, found
     one, two = -slopes[1], -slopes[1] - slopes[2]
-    return [float(1/one), float(1/two)] if best <= off*abs(turn[0] - turn[-1]) and min(one, two) > 0 else []
+    return [float(1/one), float(1/two)] if best <= off/2*abs(turn[0] - turn[-1]) and min(one, two) > 0 else []
 
 
 def missed(columns: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray]:

@@ -248,7 +248,7 @@ class ProfileData:
         """The numbers, SI units."""
         return {"path": self.path, "kind": self.kind, "points": len(self.points), "checksum": self.checksum, "format": self.format,
                 "origin": self.origin, "notes": self.notes, "noise": self.noise/MM if self.noise == self.noise else None,
-                "smoothing": self.smoothing/MM, "scale": self.scale, **self._told()}
+                "smoothing": self.smoothing/MM, **({"scale": self.scale} if self.scale != 1 else {}), **self._told()}
 
     def _told(self) -> dict[str, object]:
         """Measures, each with the remark on it behind."""
