@@ -45,11 +45,13 @@ def test_a_lip_is_the_gauge_point(tmp_path: Path):
     rail = Profile(written(tmp_path, "low.ban", lip), gauge_depth=0.015875)
     innermost = lip[lip[:, 1] > -15.875, 0].min()
     assert 1e3*rail.measures["gauge_point_y"] == pytest.approx(innermost, abs=2e-3)
-    assert "goes back below a lip 11.0" in line_of(rail, "gauge point at y -0.72") and "32.87" in line_of(rail, "gauge point")
+    line = line_of(rail, "gauge point at y -0.72")
+    assert "goes back below a lip 11.0" in line and "32.87" in line
     assert "goes back below a lip" in str(rail.facts()["gauge_point_y_remark"])
     rail.write(tmp_path/"low.yz")
     again = Profile(tmp_path/"low.yz", gauge_depth=0.015875)
-    assert again.as_it_is and again.measures == pytest.approx(rail.measures, nan_ok=True) and again.remark("gauge_point_y") == rail.remark("gauge_point_y")
+    assert again.as_it_is and again.measures == pytest.approx(rail.measures, nan_ok=True)
+    assert again.remark("gauge_point_y") == rail.remark("gauge_point_y")
     case = Case.exercise(2).replace(**EXERCISE, wheel_profile=str(table.REPO/"profiles/s1002.yz"), gauge_depth=0.015875)
     of_lip, of_written, whole = (pair(case.replace(rail_profile=path)) for path in (
         rail.path, tmp_path/"low.yz", str(table.REPO/"profiles/60e1.yz")))
@@ -95,7 +97,8 @@ def test_a_back_is_that_of_the_convention(tmp_path: Path):
         wheel = Profile(tmp_path/"a.whl")
         assert 1e3*wheel.measures["Sd"] == pytest.approx(32.5 + off, abs=0.01)
         assert f"a face of the back stands at y = {off:.2f} mm, not used" in line_of(wheel, "flange thickness")
-        found = pair(Case.exercise(2).replace(**EXERCISE, wheel_profile=wheel.path, rail_profile=str(table.REPO/"profiles/60e1.yz")))
+        found = pair(Case.exercise(2).replace(**EXERCISE, wheel_profile=wheel.path,
+                                              rail_profile=str(table.REPO/"profiles/60e1.yz")))
         assert "a face of the back stands" in found.lines()[0] and "a face" in str(found.facts()["clearance_remark"])
     wheel = Profile(written(tmp_path, "b.txt", faced + [-0.24, 0]))
     assert 1e3*wheel.measures["Sd"] == pytest.approx(32.5, abs=0.01)

@@ -138,7 +138,8 @@ def specimens() -> Iterator[Specimen]:
         yield of_wheel(f"MiniProf, face at {off} mm", wheel + [off, 0], "w.whl", shapes.miniprof(moved, "wheel"))
     yield of_wheel("back told by its face", wheel, "w.txt", shapes.rows(faced + [33, 0]))
     yield of_wheel("tape circle at 0", wheel, "w.txt", shapes.rows(faced - [70, 0]))
-    yield of_wheel("wheel_back given", wheel[wheel[:, 0] > 6], "w.txt", shapes.rows(wheel[wheel[:, 0] > 6] + [33, 0]), wheel_back=33.0)
+    bare = wheel[wheel[:, 0] > 6]
+    yield of_wheel("wheel_back given", bare, "w.txt", shapes.rows(bare + [33, 0]), wheel_back=33.0)
     for unit, factor in ("cm", 10.0), ("in", 25.4), ("m", 1e3):
         yield of_wheel(f"in {unit}", wheel, "w.txt", shapes.rows(wheel/factor, digits=8))
     yield of_wheel("turned over", wheel, "w.txt", shapes.rows(wheel[::-1]*[-1, -1]))
@@ -212,7 +213,8 @@ def main() -> int:
         os.chdir(folder)
         for one in specimens():
             made = rows(one, Path(folder))
-            print(f"{one.name:32}", *(f"{row.measure} {row.found:.3f} {row.raw:.3f}{'*' if row.off else ''}" for row in made), sep="  ")
+            print(f"{one.name:32}", *(f"{row.measure} {row.found:.3f} {row.raw:.3f}{'*' if row.off else ''}" for row in made),
+                  sep="  ")
             count += 1
             off += [row for row in made if row.off]
     print(count, "specimens;", len(off), "numbers off, of which", sum(not row.remark for row in off), "without a remark")

@@ -34,9 +34,9 @@ class ContactGeometry:
         reach = min(-rows[0, 0], rows[0, -1]) if rows.shape[1] else 0.0
         pitch = GEOMETRY_PITCH/scale
         amplitude = pitch*np.arange(2, int(reach/pitch + 1e-6) + 1)
-        found = [conicity(amplitude, rows[0], rows[7]) if amplitude.size else amplitude
-                 for conicity in (equivalent_conicity, linearised_conicity)]
-        return cls(kept, dict(zip(names, rows, strict=False)), flange_ends, amplitude, *found, scale)
+        wave, linearised = (conicity(amplitude, rows[0], rows[7]) if amplitude.size else amplitude
+                            for conicity in (equivalent_conicity, linearised_conicity))
+        return cls(kept, dict(zip(names, rows, strict=False)), flange_ends, amplitude, wave, linearised, scale)
 
     def conicity_at(self, amplitude: float) -> float:
         """Equivalent conicity by EN 15302; NaN beyond the amplitudes."""
@@ -110,7 +110,8 @@ class ContactGeometry:
         """The numbers, SI units."""
         none = {f"{MM*amplitude:g} mm": words for amplitude in (SOFT/self.scale, AMPLITUDE/self.scale, STIFF/self.scale)
                 if (words := self.why_none(amplitude))}
-        away = {"rolling_radius_difference": np.array([self.difference_at(amplitude) for amplitude in self.amplitude]), "none": none}
+        away = {"rolling_radius_difference": np.array([self.difference_at(amplitude) for amplitude in self.amplitude]),
+                "none": none}
         return {"amplitude": self.amplitude, "EN 15302": self.conicity, "harmonic linearisation": self.linearised,
                 **(away if none else {}),
                 "nonlinearity_parameter": self.nonlinearity, "rolling_radii_coefficient": self.rolling_radii_coefficient(),

@@ -50,22 +50,22 @@ class Pair:
         found = [f"rigid-axle clearance {clearance_words(*self.clearance)} mm" + (f" ({self.remark})" if self.remark else "")]
         scale = self.level.scale
         for amplitude in (SOFT/scale, AMPLITUDE/scale, STIFF/scale):
-            linearised = np.interp(amplitude, self.rolled.amplitude, self.rolled.linearised, right=np.nan) \
-                if self.rolled.amplitude.size else np.nan
-            level, rolled, harmonic = (number(x) for x in (
-                self.level.conicity_at(amplitude), self.rolled.conicity_at(amplitude), linearised))
+            linearised = float(np.interp(amplitude, self.rolled.amplitude, self.rolled.linearised, right=np.nan)
+                               if self.rolled.amplitude.size else np.nan)
             why = "; ".join(filter(None, (self.level.why_none(amplitude), self.rolled.why_none(amplitude))))
-            found.append(f"equivalent conicity at {MM*amplitude:.4g} mm: level {level}, with roll {rolled} (EN 15302), "
-                         f"{harmonic} (harmonic linearisation)" + (f"; no wave by EN 15302: {why}" if why else ""))
+            found.append(f"equivalent conicity at {MM*amplitude:.4g} mm: level {number(self.level.conicity_at(amplitude))}, "
+                         f"with roll {number(self.rolled.conicity_at(amplitude))} (EN 15302), "
+                         f"{number(linearised)} (harmonic linearisation)" + (f"; no wave by EN 15302: {why}" if why else ""))
         soft_stiff = f"without the conicities at {MM*SOFT/scale:.4g} and {MM*STIFF/scale:.4g} mm"
-        for label, level, rolled, why in (
+        at = f"{MM*AMPLITUDE/scale:.4g} mm"
+        for label, level, rolled, lacking in (
                 ("nonlinearity parameter [1/mm]", self.level.nonlinearity/MM, self.rolled.nonlinearity/MM, soft_stiff),
                 (f"rolling radii coefficient in a curve of {CURVE/scale:.4g} m", self.level.rolling_radii_coefficient(),
                  self.rolled.rolling_radii_coefficient(), "without contacts of the centred wheelset"),
-                *((f"{words} parameter at {MM*AMPLITUDE/scale:.4g} mm", self.level.parameter(name), self.rolled.parameter(name),
-                   f"without a motion of {MM*AMPLITUDE/scale:.4g} mm") for name, words in (("angle", "contact angle"), ("roll", "roll angle")))):
+                *((f"{words} parameter at {at}", self.level.parameter(name), self.rolled.parameter(name),
+                   f"without a motion of {at}") for name, words in (("angle", "contact angle"), ("roll", "roll angle")))):
             found.append(f"{label}: level {number(level)}, with roll {number(rolled)}"
-                         + ("" if np.isfinite([level, rolled]).all() else f"; none {why}"))
+                         + ("" if np.isfinite([level, rolled]).all() else f"; none {lacking}"))
         for side, zones in self.zones.items():
             where = "" if self.clearance[0] == self.clearance[1] else f"{side} "
             found += [f"{where}zone of the {'flange' if flange else 'tread'}: y {MM*first:.1f} to {MM*last:.1f} mm, "

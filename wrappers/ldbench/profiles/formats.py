@@ -89,10 +89,10 @@ def read_file(path: str | os.PathLike[str], slice: int | None = None) -> Raw:
     kind = raw.kind or ENDINGS.get(suffix, "")
     if taken and not kind:          # the program begins its files with the kind
         kind = next((word for word in ("wheel", "rail") if lines[0].startswith(f"# {word} ")), "")
-    told = {}
-    if taken:
-        told = {"hidden": _after(lines, HIDDEN, 0.0), "scale": _after(lines, SCALE, 1.0), "remarks": remarks_of(lines)}
-    return replace(raw, kind=kind, back=None if kind == "rail" else raw.back, taken=taken, **told)
+    raw = replace(raw, kind=kind, back=None if kind == "rail" else raw.back, taken=taken)
+    if not taken:
+        return raw
+    return replace(raw, hidden=_after(lines, HIDDEN, 0.0), scale=_after(lines, SCALE, 1.0), remarks=remarks_of(lines))
 
 
 def _after(lines: list[str], mark: str, default: float) -> float:

@@ -101,9 +101,9 @@ def survey_rail(s: np.ndarray, y: np.ndarray, z: np.ndarray, angle: np.ndarray,
     """Parts of a rail and its measures.
 
     Radii of three arcs that a head has (EN 13674-1): of the crown, within 1.5 degrees about the inclination; of the
-    shoulder, 5 to 12 degrees from it; of the gauge corner, 35 to 70 degrees from it; NaN of
-    crown or corner where there is no single arc, and both radii of a corner that has two. gauge_point_y, top_y: y of the
-    gauge point, the innermost one down to gauge_depth [m] below the top (EN 13848-1), and of the top. inclination: that at which the head is symmetric.
+    shoulder, 5 to 12 degrees from it; of the gauge corner, 35 to 70 degrees from it. NaN of crown or corner where there is no
+    single arc, and both radii of a corner that has two. gauge_point_y, top_y: y of the gauge point, the innermost one down to
+    gauge_depth [m] below the top (EN 13848-1), and of the top. inclination: that at which the head is symmetric.
     """
     top = int(np.argmax(z))
     part = np.full(len(z), 7)
@@ -112,8 +112,8 @@ def survey_rail(s: np.ndarray, y: np.ndarray, z: np.ndarray, angle: np.ndarray,
 
     lean = inclination(y, z, top)
     upright = lean if np.isfinite(lean) else 0.0
-    crown, shoulder, corner = (arc_radii(s, angle, *(upright + np.radians(ends)), off)
-                               for ends, off in (((1.5, -1.5), CROWN_OFF), ((12, 5), np.inf), ((70, 35), CORNER_OFF)))
+    crown, shoulder, corner = (arc_radii(s, angle, upright + np.radians(steeper), upright + np.radians(flatter), off)
+                               for steeper, flatter, off in ((1.5, -1.5, CROWN_OFF), (12, 5, np.inf), (70, 35, CORNER_OFF)))
     low, high = flat_top(y, z, top)
     found = {"crown_radius": crown[0] if len(crown) == 1 else np.nan, "shoulder_radius": shoulder[0] if shoulder else np.nan,
              "corner_radius": corner[0] if corner else np.nan,
@@ -134,10 +134,10 @@ def rail_remarks(stations: Stations, measures: dict[str, float]) -> dict[str, st
     if high - low >= FLAT:
         found["top_y"] = f"flat within {1e6*TOP:.0f} µm from y = {1e3*low:.1f} to {1e3*high:.1f} mm"
     lean = measures["inclination"] if np.isfinite(measures["inclination"]) else 0.0
-    for name, ends in ("crown_radius", (1.5, -1.5)), ("corner_radius", (70, 35)):
-        start, end = stretch(stations.angle, *(lean + np.radians(ends)))
+    for name, steeper, flatter in ("crown_radius", 1.5, -1.5), ("corner_radius", 70, 35):
+        start, end = stretch(stations.angle, lean + np.radians(steeper), lean + np.radians(flatter))
         if np.isnan(measures[name]) and end > start >= 0:
-            found[name] = f"no single arc from {ends[0]:g}° to {ends[1]:g}°"
+            found[name] = f"no single arc from {steeper:g}° to {flatter:g}°"
     if "lower_corner_radius" in measures:
         found |= dict.fromkeys(("corner_radius", "lower_corner_radius"), "one of two arcs from 70° to 35°")
     return found
@@ -216,8 +216,8 @@ def stretch(angle: np.ndarray, steeper: float, flatter: float) -> tuple[int, int
 def arc_radii(s: np.ndarray, angle: np.ndarray, steeper: float, flatter: float, off: float) -> list[float]:
     """Radii [m] of the one or two arcs of a rail between two tangent angles [rad] on the gauge side, in the order of the walk.
 
-    On an arc the angle falls in proportion to the way. `off` is the share of all of the angle by which one straight line may miss it,
-    and two by half as much; none are given where they miss it by more.
+    On an arc the angle falls in proportion to the way. `off` is the share of all of the angle by which one straight line may
+    miss it, and two by half as much; none are given where they miss it by more.
     """
     start, end = stretch(angle, steeper, flatter)
     if start < 0 or end <= start:

@@ -146,14 +146,15 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
     first, last = on[first] if first else 0, on[last] if last < len(on) - 1 else len(points) - 1
     if last - first + 1 >= LEAST_POINTS and last - first + 1 < len(points):
         if shape.kind == "rail" and depth > DEEPEST:
-            notes.append(f"a section of {depth/scale:.4g} mm, cut below its head: {len(points) - (last - first + 1)} points left out")
+            count = len(points) - (last - first + 1)
+            notes.append(f"a section of {depth/scale:.4g} mm, cut below its head: {count} points left out")
         else:
             notes.append("faces beyond the running surface left out")
         points, lines = points[first:last + 1], lines[first:last + 1]
         if hidden > 0:      # the depth is that of the lip
             depth = points[:, 1].max() - points[0, 1]
-            remarks["gauge_point_y"] = remarks["clearance"] = (f"the side goes back below a lip {depth/scale:.2f} mm down and stays behind it to "
-                                                               f"{hidden/scale:.2f} mm")
+            words = f"the side goes back below a lip {depth/scale:.2f} mm down and stays behind it to {hidden/scale:.2f} mm"
+            remarks["gauge_point_y"] = remarks["clearance"] = words
     return Placed(points, lines, shape.kind, factor, origin, notes, scale, hidden, remarks)
 
 
