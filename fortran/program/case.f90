@@ -112,16 +112,16 @@ contains
     call all%add('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
     call all%add('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
     call all%add('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
-    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
+    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1e-4_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the longitudinal axis')
     call all%add('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the axle; it enters the gyroscopic moment only')
-    call all%add('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
+    call all%add('wheelset', 'rolling_radius', c%rolling_radius, 0.03_dp, 2.0_dp, 'm', &
       'rolling radius at the contact point of the centred wheelset')
-    call all%add('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
+    call all%add('wheelset', 'back_to_back', c%back_to_back, 0.1_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
     call all%add('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
       'constant vertical load at the centre of gravity, without inertia')
-    call all%add('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
+    call all%add('track', 'gauge', c%gauge, 0.1_dp, 3.0_dp, 'm', 'track gauge')
     call all%add('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
       'depth below the top of the rails at which the gauge is measured')
     call all%add('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')

@@ -102,7 +102,7 @@ contains
         if (.not. allocated(error)) then
           faulty = ''
           if (k == 2 .and. any(files(:, 2) /= files(:, 1))) faulty = trim(names(1, 2))//', '//trim(names(2, 2))
-          call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, &
+          call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, rail%hidden, &
             setup%inclination(k), c%back_to_back, c%rolling_radius, side%pair, error)
         end if
         if (.not. allocated(error) .and. c%formulation == 'elastic' .and. c%influence == 'bodies') then

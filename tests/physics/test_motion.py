@@ -38,8 +38,8 @@ def motion(table: ContactTable, dt: float, t_end: float, every: int = 1, **chang
     """Every so many steps of a motion that nothing cuts or stops."""
     steps = round(t_end/dt)
     return compute(table.case.replace(**{
-        "dt": dt, "interval": every*dt, "t_end": steps*dt, "stop_at": "t_end", "rows": "interval", "energy_tolerance": 0.0, "error_tolerance": 0.0,
-        "tolerance": 1e-13} | changes), table=table).data
+        "dt": dt, "interval": every*dt, "t_end": steps*dt, "stop_at": "t_end", "rows": "interval",
+        "energy_tolerance": 0.0, "error_tolerance": 0.0, "tolerance": 1e-13} | changes), table=table).data
 
 
 @pytest.mark.parametrize("model", ["hertz", "strip", "halfspace"])
@@ -152,8 +152,8 @@ def test_cut_steps_are_worth_their_price(actual: ContactTable):
 
 
 def test_the_error_of_a_step_is_seen_where_the_energy_is_kept(actual: ContactTable):
-    """Ten times the shipped step with the shipped tolerance of the energy alone errs by more than 1e-8 m; the tolerance of the error
-    makes that go down with it, to the shipped error for fewer forces than the shipped step takes."""
+    """Ten times the shipped step with the shipped tolerance of the energy alone errs by more than 1e-8 m; the tolerance of the
+    error makes that go down with it, to the shipped error for fewer forces than the shipped step takes."""
     exact = last_pose(cut_run(actual, dt=5e-6, energy_tolerance=1e-11))
     shipped = cut_run(actual)
     long = {tolerance: cut_run(actual, dt=1e-3, interval=1e-3, error_tolerance=tolerance) for tolerance in (0.0, 1e-9, 1e-12)}
@@ -186,8 +186,8 @@ def test_below_rounding_nothing_is_cut(actual: ContactTable):
                                                ({"order": 2, "beta": 0.2}, 20**0.5)])
 def test_steps_beyond_the_limit_of_stability_are_told(scheme: dict, limit: float, actual: ContactTable):
     """A small oscillation stays small up to the limit and grows beyond it; only then the run warns, in Python too."""
-    case = Case.exercise(1, "aw").replace(**{"vY": 0.0, "roll_rate": 0.0, "initial_roll": 1e-9, "beta": 0.0,
-                                                     "energy_tolerance": 0.0, "error_tolerance": 0.0, "rows": "interval", "stop_at": "t_end"} | scheme)
+    case = Case.exercise(1, "aw").replace(**{"vY": 0.0, "roll_rate": 0.0, "initial_roll": 1e-9, "beta": 0.0, "energy_tolerance": 0.0,
+                                           "error_tolerance": 0.0, "rows": "interval", "stop_at": "t_end"} | scheme)
     for share, told in (0.98, 0), (1.02, 1):
         dt = share*limit/(2*np.pi*max(actual.frequencies))
         with warnings.catch_warnings(record=True) as found:
@@ -240,7 +240,8 @@ def test_time_reversal(integrator: str, actual: ContactTable):
     case = Case.exercise(2, "aw").replace(stop_at="t_end", t_end=0.03)
     cut = integrator == "cut"
     if not cut:
-        case = case.replace(**INTEGRATORS[integrator], dt=5e-6, interval=5e-4, energy_tolerance=0.0, error_tolerance=0.0, tolerance=1e-13)
+        case = case.replace(**INTEGRATORS[integrator], dt=5e-6, interval=5e-4, energy_tolerance=0.0, error_tolerance=0.0,
+                            tolerance=1e-13)
     forth = ldbench.run(case, table=actual)
     start, end = forth.data.iloc[0], forth.data.iloc[-1]
     assert end.vY < -0.2                        # thrown back by the flange
@@ -267,7 +268,8 @@ def test_an_error_after_a_derailment_ends_the_run_as_one():
     """A derailed wheelset lands so hard that Newton's method does not solve the step: that is no end of a run."""
     case = Case.exercise(2).replace(
         Y=0.0403, Z=0.0256, vY=1.22, roll_rate=0.0, order=2, beta=0.25, max_iterations=4, max_halvings=0, dt=1e-3, interval=1e-3,
-        error_tolerance=0.0, energy_tolerance=0.0, stop_at="t_end", t_end=0.3, judged="no", pressures="no", table_folder=kept_tables())
+        error_tolerance=0.0, energy_tolerance=0.0, stop_at="t_end", t_end=0.3, judged="no", pressures="no",
+        table_folder=kept_tables())
     with pytest.raises(ldbench.Error, match=r"&integrator dt = .* expected Newton's method .* at t = ([0-9.]+) s") as stopped:
         ldbench.run(case)
     assert ldbench.run(case.replace(t_end=0.018)).results["n_derailment"] == 1

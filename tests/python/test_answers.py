@@ -112,8 +112,8 @@ def test_rows_tell_impacts_that_take_no_time(rule: dict[str, Any]):
 
 
 def test_a_return_below_a_flange_is_one_time(tmp_path: Path):
-    """The flange on the right does not touch. The wheelset has turned back on both sides at the second passage of the centre: summary,
-    comparison, collation and column file have that return, whatever ends the run."""
+    """The flange on the right does not touch. The wheelset has turned back on both sides at the second passage of the centre:
+    summary, comparison, collation and column file have that return, whatever ends the run."""
     case = with_kept_table(Case(**COARSE | RIGHT_SW, vY=0.0479, roll_link="rails", t_end=9.0, dt=1e-4, interval=1e-2))
     run, longer = (compute(case.replace(stop_at=stop)) for stop in ("return_to_centre", "t_end"))
     back = run.results["t_return"]

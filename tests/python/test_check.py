@@ -137,7 +137,8 @@ def test_a_rigid_code_is_not_wrong_for_being_rigid(task: Task, restitution: floa
 
 def test_a_loss_of_energy_is_the_only_finding(own: None, tmp_path: Path):
     """An integrator that damps loses energy at impacts; momentum, rates and geometry are as they should be."""
-    case = Case.exercise(2, "aw").replace(COARSE, order=2, beta=0.3025, gamma=0.6, dt=5e-5, energy_tolerance=0.0, error_tolerance=0.0)
+    case = Case.exercise(2, "aw").replace(COARSE, order=2, beta=0.3025, gamma=0.6, dt=5e-5, energy_tolerance=0.0,
+                                          error_tolerance=0.0)
     write(table_of(ldbench.run(case)), tmp_path/"ex2_aw.csv", PLAIN)
     found = {what: finding.verdict for what, finding in findings_in(tmp_path/"ex2_aw.csv").items() if finding.verdict != PASSED}
     assert list(found) == ["energy closes"] and found["energy closes"] in (DOUBTFUL, FAILED)

@@ -121,7 +121,8 @@ def variants(pair: str, folder: Path) -> list[Variant]:
           for m in MODELS[1:]),
         ("finer step", "numerics", dict, lambda case, table: {n: getattr(refined(case, 0.5), n) for n in SETTING}),
         ("Newmark, order 2", "numerics", dict, lambda case, table: {
-            "beta": 0.25, "order": 2, "energy_tolerance": 0.0, "error_tolerance": 0.0, "dt": RAMP_STEP if case.lateral_ramp else STEP}),
+            "beta": 0.25, "order": 2, "energy_tolerance": 0.0, "error_tolerance": 0.0,
+            "dt": RAMP_STEP if case.lateral_ramp else STEP}),
         *((f"start {sign}1 nm", "chance", dict, lambda case, table, Y=Y: {"Y": Y})
           for sign, Y in (("+", ASIDE), ("−", -ASIDE)))]
     return [Variant(name, group, change(), *([rest] if rest else [])) for name, group, change, rest in found]

@@ -42,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--slice", type=int, metavar="N", help="which profile of a file that has several, from 1")
     parser.add_argument("--rail-inclination", metavar="ANGLE", default=None,
                         help="angle by which the rails lean to the track's centre beyond their file, in rad or as 1:40")
+    parser.add_argument("--scale", type=float, metavar="N", help="N of a model 1:N, from 1 to 10 (default: as the size says)")
     parser.add_argument("--radii", type=two_radii, metavar="LEFT,RIGHT",
                         help="radii of the wheels on the tape circle [m], in place of rolling_radius where they touch")
     parser.add_argument("--en15302", choices=TABLES, metavar="CASE",
@@ -69,7 +70,7 @@ def main(args: argparse.Namespace) -> int:
     if args.rail_inclination is not None:
         case = case.replace(rail_inclination=parse_setting(f"rail_inclination={args.rail_inclination}")[1])
     profiles = [Profile(file, unit=args.unit, flip=args.flip, wheel_back=args.wheel_back, smoothing=args.smoothing,
-                        slice=args.slice, gauge_depth=case.gauge_depth) for file in args.files]
+                        slice=args.slice, gauge_depth=case.gauge_depth, scale=args.scale) for file in args.files]
     profiles.sort(key=lambda profile: profile.kind, reverse=True)
     found = None
     if len(profiles) == 2:
