@@ -50,9 +50,9 @@ next power of ten.
 
 Ours: explicit 2, explicit 4 (beta = 0), newmark 2 (beta = 1/4). cut 4: explicit, with steps of 1 ms that are cut where they
 change the energy, or err, by more than a tolerance. SUNDIALS, compiled and called from Fortran (tests/bench/peers.f90):
-CVODE's Adams methods with fixed-point iteration, ARKODE's explicit methods by their orders (5: Dormand and Prince, 6:
-Verner, 8: Fehlberg, whose error estimate is blind in free flight). DOP853, LSODA: SciPy's, compiled too, but no package lets a compiled program call them: they call the
-force through Python, which costs several times the force itself.
+CVODE's Adams methods with fixed-point iteration, ARKODE's explicit methods by their orders (5: Dormand and Prince, 6: Verner,
+8: Fehlberg, whose error estimate is blind in free flight). DOP853, LSODA: SciPy's, compiled too, but no package lets a compiled
+program call them: they call the force through Python, which costs several times the force itself.
 
 Processor time: of SUNDIALS and SciPy that of the integration alone, with nothing but the state at the end; ours includes
 events, energies and 100 rows. Each is repeated until it took 50 ms. Exercise 4 is left out."""

@@ -186,8 +186,9 @@ def test_below_rounding_nothing_is_cut(actual: ContactTable):
                                                ({"order": 2, "beta": 0.2}, 20**0.5)])
 def test_steps_beyond_the_limit_of_stability_are_told(scheme: dict, limit: float, actual: ContactTable):
     """A small oscillation stays small up to the limit and grows beyond it; only then the run warns, in Python too."""
-    case = Case.exercise(1, "aw").replace(**{"vY": 0.0, "roll_rate": 0.0, "initial_roll": 1e-9, "beta": 0.0, "energy_tolerance": 0.0,
-                                           "error_tolerance": 0.0, "rows": "interval", "stop_at": "t_end"} | scheme)
+    case = Case.exercise(1, "aw").replace(**{
+        "vY": 0.0, "roll_rate": 0.0, "initial_roll": 1e-9, "beta": 0.0, "energy_tolerance": 0.0, "error_tolerance": 0.0,
+        "rows": "interval", "stop_at": "t_end"} | scheme)
     for share, told in (0.98, 0), (1.02, 1):
         dt = share*limit/(2*np.pi*max(actual.frequencies))
         with warnings.catch_warnings(record=True) as found:

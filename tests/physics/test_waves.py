@@ -52,8 +52,8 @@ def conicities(found: Pair) -> list[float]:
 
 @pytest.mark.parametrize("name", WAVES)
 def test_conicity_is_that_of_the_points(name: str, files: dict[str, tuple[Path, np.ndarray]], tmp_path: Path):
-    """Of the file, with smoothing 0, and of what is written for a run: by numpy from the raw points. The smoothing of a run would
-    give another one, and the pair says so."""
+    """The conicity of the file, with smoothing 0, and of what is written for a run: by numpy from the raw points. The smoothing of
+    a run would give another one, and the pair says so."""
     path, points = files[name]
     level = Level.of(points, read(RAIL))
     expected = [level.conicity(amplitude) for amplitude in AMPLITUDES]

@@ -55,7 +55,7 @@ def test_python_keeps_it_too(tmp_path: Path, caplog: pytest.LogCaptureFixture):
 
 
 def test_a_roll_rate_that_does_not_fit_vy_is_one_warning(tmp_path: Path):
-    """Of the change of vY alone, on the terminal, in the column file and in Python; of no shipped case, none that is linked."""
+    """The change of vY alone is told on the terminal, in the column file and in Python; no case that fits is."""
     told, columns = made(tmp_path, vY=0.7, roll_rate=0.01667)
     assert told.replace("\n  ", " ").count("warning: &initial roll_rate: expected about 0.02356 rad/s") == 1
     assert columns.count(b"warning: &initial roll_rate") == 1

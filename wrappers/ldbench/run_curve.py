@@ -24,7 +24,7 @@ class Rigid:
 
     @classmethod
     def of(cls, handle: Handle) -> Rigid:
-        """Of profiles that are in their places."""
+        """The numbers of profiles that are in their places."""
         left, right = (float(flat.rigid_numbers(handle, side)[0][0]) for side in (1, 2))
         reach = round(1.5*AMPLITUDE/GEOMETRY_PITCH)
         rows = level_rows(handle, GEOMETRY_PITCH*np.arange(-reach, reach + 1))

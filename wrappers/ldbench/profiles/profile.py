@@ -372,7 +372,7 @@ def core_file(path: str, kind: str) -> str:
 
 
 def geometry_file(path: str, kind: str) -> str:
-    """The same with the curve by the noise of the points alone."""
+    """A file that the core reads, like `core_file`, with the curve by the noise of the points alone."""
     file = core_file(path, kind)
     try:
         state = Path(file).stat()
