@@ -181,7 +181,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
-    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.sqlite"]
+    assert {path.name for path in (tmp_path/".ldbench").iterdir()} == {"sweep.zarr.sqlite", "sweep.zarr.lock"}
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):

@@ -15,7 +15,8 @@ from ..case import Case, Value
 from ..table import ContactTable
 from .members import Wanted, check_wanted, groups_of, keys_of, plan, table_keys
 from .pools import run_here, run_there
-from .store import longest, open_records, to_dataset, write_store
+from .records import open_records
+from .store import check_store, longest, to_dataset, write_store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,11 +57,17 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
     check_wanted(wanted, over)
     members, dims, coordinates = plan(case, over, n, seed, draw)
+    first = case if isinstance(case, Case) else case[0]
     keys: Sequence[Any] = keys_of(members, wanted) if store else range(len(members))
+    if store:
+        check_store(Path(store))
     with open_records(Path(store)) if store else nullcontext[Any]({}) as records:
-        missing = [number for number, key in enumerate(keys) if key not in records]
+        missing: Sequence[int] = range(len(members))
+        if store:
+            records.add_sweep(keys, {"case": first.case_name, "over": list(over)}, dims, coordinates)
+            missing = records.missing(keys)
         done = len(members) - len(missing)
-        groups = groups_of(members, missing, case if isinstance(case, Case) else case[0])
+        groups = groups_of(members, missing, first)
         key = table_keys()
         going = (run_there(members, groups, wanted, scheduler) if scheduler and missing else
                  run_here(members, groups, {key(table.case): table for table in tables}, wanted, threads or usable_cores()))
