@@ -145,7 +145,7 @@ class Records:
 
     def sweeps(self) -> list[Sweep]:
         """All ensembles in the order in which they were first run."""
-        return [Sweep(*row[:-1], json.loads(row[-1])) for row in self._database.execute(
+        return [Sweep._make([*row[:-1], json.loads(row[-1])]) for row in self._database.execute(
             "SELECT sweep, made, count(*), count(error), coalesce(sum(error != ''), 0), about "
             "FROM sweeps JOIN results USING (sweep) GROUP BY sweep ORDER BY sweeps.rowid")]
 
