@@ -24,6 +24,7 @@ from ._core.errors import Error, Warning
 from .case import Case
 from .ensembles.sweep import ensemble
 from .profile import Profile
+from .report.comparing import compare
 from .results.columns import read_columns
 from .results.contact_intervals import ContactInterval
 from .results.events import Event
@@ -32,7 +33,7 @@ from .table import ContactTable
 from .trust import Trust
 from .viewer.page import view
 
-__all__ = ["Case", "ContactInterval", "ContactTable", "Error", "Event", "Profile", "Run", "Trust", "Warning", "ensemble",
-           "read_columns", "read_run", "run", "view"]
+__all__ = ["Case", "ContactInterval", "ContactTable", "Error", "Event", "Profile", "Run", "Trust", "Warning", "compare",
+           "ensemble", "read_columns", "read_run", "run", "view"]
 __version__ = version()
 logging.getLogger(__name__).addHandler(logging.NullHandler())        # the program that imports it chooses what is shown

@@ -37,8 +37,9 @@ class Checked:
 
 
 def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked:
-    """Check a column file of any code. task: the simulation, by default that of the file's name or of ldbench's header. map: a column
-    map, a path or a mapping, by default guessed. Error if the file cannot be read, or if neither says which simulation it is."""
+    """Check a column file of any code. task: the simulation, by default that of the file's name or of ldbench's header. map: a
+    column map, a path or a mapping, by default guessed. Error if the file cannot be read, or if neither says which simulation it
+    is."""
     one = read_submitted(file, task, map)
     return Checked(file, one.task, one.guess, findings_of(one))
 
