@@ -20,7 +20,7 @@ import xarray as xr
 
 import ldbench
 from invented import COARSE
-from ldbench.__main__ import main
+from ldbench.__main__ import as_called, main
 from ldbench.ensembles import members
 from ldbench.ensembles.records import SCHEMA, open_records
 from running import kept_tables
@@ -105,7 +105,7 @@ def test_an_earlier_store_is_refused_and_not_run(store: Path, capsys: pytest.Cap
     assert str(told.value).startswith(f"{file_of(store)}: expected results in the schema {SCHEMA}, found those of another version")
     assert "--remove all" in str(told.value) and not proof.exists() and len(query(store, "SELECT * FROM records")) == 2
     assert main(["store", str(store)]) == 1
-    assert capsys.readouterr().err == f"ldbench: error: {told.value}\n"
+    assert capsys.readouterr().err == as_called(f"ldbench: error: {told.value}\n")
     assert main(["store", str(store), "--remove", "all"]) == 0
     assert not proof.exists() and not file_of(store).exists()
     assert (sweep(store).error == "").all()
