@@ -35,11 +35,11 @@ CALLS = [
     ("rum case.nml", 2, "run is the nearest"),
     ("run case.nml --jsn", 2, "--json is the nearest"),
     ("run case.nml --set vY", 2, "expected name=value after --set, found vY"),
-    ("run case.nml --set modell=hertz", 2, "expected a namelist variable"),
+    ("run case.nml --set modelx=hertz", 2, "expected a namelist variable"),
     ("run case.nml --set model=hurtz", 1, "&contact model"),
     ("run case.nml case.nml -o both.txt", 2, "-o: expected one namelist, found 2"),
-    ("table case.nml --set modell=hertz", 2, "model is the nearest"),
-    ("variables modell", 2, "model is the nearest"),
+    ("table case.nml --set modelx=hertz", 2, "model is the nearest"),
+    ("variables modelx", 2, "model is the nearest"),
     ("ensemble case.nml --over mas=1,2", 2, "mass is the nearest"),
     ("ensemble case.nml --over mass=1500", 0, ""),
     ("ensemble case.nml --over mass=1500,-1", 1, ""),
@@ -60,7 +60,7 @@ def test_status(words: str, status: int, told: str, folder: Path, capsys: pytest
 
 @pytest.mark.parametrize("words", ["run none.nml", "check none.txt", "check b.txt", "score b.txt --reference b.txt",
                                    "pressure b.txt --at 0",
-                                   "fingerprint b.txt", "run case.nml --set modell=3"])
+                                   "fingerprint b.txt", "run case.nml --set modelx=3"])
 def test_json_is_printed_of_what_is_refused(words: str, folder: Path, capsys: pytest.CaptureFixture[str]):
     """The line of the error is the value of `error`."""
     Path("b.txt").write_text("time,Y\n")
@@ -70,7 +70,7 @@ def test_json_is_printed_of_what_is_refused(words: str, folder: Path, capsys: py
 
 
 def test_our_own_file_says_its_simulation_itself(folder: Path, capsys: pytest.CaptureFixture[str]):
-    """Its first rows, which are too few for the laws."""
+    """The file has its first rows alone, too few for the laws, so the check itself fails."""
     ldbench.run(ldbench.Case.exercise(2).replace(model="hertz", t_end=1e-3, table_folder=kept_tables())).write("mine.txt")
     assert main(["check", "mine.txt", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["files"][0]["simulation"] == "ex2_aw"
@@ -79,7 +79,7 @@ def test_our_own_file_says_its_simulation_itself(folder: Path, capsys: pytest.Ca
 def test_hints_name_the_command_as_it_was_called(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     for program, other in ("ldbench", "python -m ldbench"), ("python -m ldbench", "`ldbench"):
         monkeypatch.setattr("ldbench.__main__.PROGRAM", program)
-        for words in ["run", "--set", "modell=3", "case.nml"], ["plot", "a.txt", "--geometry", "a.txt"]:
+        for words in ["run", "--set", "modelx=3", "case.nml"], ["plot", "a.txt", "--geometry", "a.txt"]:
             assert main(words) in (1, 2)
             said = capsys.readouterr().err
             assert re.search(rf"{program} (variables|table)", said) and other not in said
