@@ -13,7 +13,7 @@
 !>
 !> Times of events lie within the steps. Between the ends of a step of elastic contacts the pose is that quintic in time whose
 !> values, velocities and accelerations are those of both ends, which is as exact as the steps are. Contacts are evaluated there
-!> until the time of a change is known to a nanosecond. With rigid contacts a step ends where a contact opens or closes, and other
+!> until the time of a change is known to 0.02 ns. With rigid contacts a step ends where a contact opens or closes, and other
 !> times are interpolated linearly.
 module events
   use contact_zones, only: side_type
@@ -24,7 +24,7 @@ module events
   use wheelset, only: closed, contact_state, external_force, flanges, outwards, right_tread, treads, wheelset_type
   implicit none
   private
-  public :: event_log, event_type, moment_type, watch, note_overturning, event_kinds, elastic_kinds, causes, impact, kept, never
+  public :: event_log, event_type, row_time_type, watch, note_overturning, event_kinds, elastic_kinds, causes, impact, kept, never
 
   character(24), parameter :: event_kinds(12) = [character(24) :: 'left flange contact', &
     'right flange contact', 'left wheel lift-off', 'left wheel landing', 'right wheel lift-off', &
@@ -59,11 +59,11 @@ module events
   end type event_type
 
   !> A time of a step that has a row.
-  type :: moment_type
+  type :: row_time_type
     real(dp) :: t = 0              !! [s]
     integer :: contact = 0         !! the contact that changes then; 0 without one
     logical :: closed = .false.    !! whether it is closed from then on
-  end type moment_type
+  end type row_time_type
 
   !> Times are `never` for what has not happened.
   type :: event_log
@@ -81,7 +81,7 @@ module events
     type(event_type) :: derailed      !! the derailment
     type(event_type) :: unloaded      !! the last lift-off of the wheel that is off its rail at the derailment
     integer :: n_moments = 0
-    type(moment_type) :: moments(most_moments)   !! times of events and of changes of contacts in the last step
+    type(row_time_type) :: moments(most_moments)   !! times of events and of changes of contacts in the last step
   end type event_log
 
 contains
@@ -127,7 +127,7 @@ contains
       end do
       do k = 1, 4
         if (met(k) .or. was_closed(k)) then
-          if (.not. (is_closed(k) .and. was_closed(k))) call add_moment(log, moment_type(time(k), k, is_closed(k)))
+          if (.not. (is_closed(k) .and. was_closed(k))) call add_moment(log, row_time_type(time(k), k, is_closed(k)))
         end if
         if (met(k) .and. .not. was_closed(k)) log%touched(k) = min(log%touched(k), time(k))
         if ((met(k) .or. was_closed(k)) .and. .not. is_closed(k)) log%opened(k) = min(log%opened(k), time(k))
@@ -302,7 +302,7 @@ contains
     type(wheelset_type), intent(in) :: w
     type(event_type), intent(in) :: event
 
-    call add_moment(log, moment_type(event%t))
+    call add_moment(log, row_time_type(event%t))
     call record(log, w, event)
   end subroutine record_with_row
 
@@ -331,7 +331,7 @@ contains
 
   subroutine add_moment(log, moment)
     type(event_log), intent(inout) :: log
-    type(moment_type), intent(in) :: moment
+    type(row_time_type), intent(in) :: moment
 
     if (log%n_moments == most_moments) return
     log%n_moments = log%n_moments + 1

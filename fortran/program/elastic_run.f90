@@ -3,7 +3,7 @@ module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll, unsettled
   use errors, only: append_advice, error_type, refuse
-  use events, only: moment_type, never, note_overturning
+  use events, only: never, note_overturning, row_time_type
   use kinds, only: dp
   use motion_state, only: motion_type
   use cut_steps, only: cut_step, cutting_type, short_step, step_watcher
@@ -124,7 +124,7 @@ contains
   !> change some nanoseconds later: the row is the first one that shows the change.
   subroutine note_moment(this, moment)
     class(row_watcher), intent(inout) :: this
-    type(moment_type), intent(in) :: moment
+    type(row_time_type), intent(in) :: moment
     real(dp), parameter :: first = 1e-9_dp       ! [s]
     integer, parameter :: most = 8               ! trials, each twice as late
     type(motion_type) :: there
