@@ -49,7 +49,7 @@ def call_table() -> str:
     """What the call asks of each exercise."""
     columns = {"vY": "m/s", "roll_rate": "rad/s", "lateral_ramp": "N/s"}
     cases = {k: Case.exercise(k) for k in range(1, 6)}
-    stops = {"return_to_centre": "the return to the centre after both flanges", "derailment": "derailment"}
+    stops = {"return_to_centre": "the return to the centre after turning back on both sides", "derailment": "derailment"}
     return table(("exercise", *(f"`{name}` [{unit}]" for name, unit in columns.items()), "ends with"), (
         (str(k), *(f"{getattr(case, name):g}" for name in columns), stops[case.stop_at]) for k, case in cases.items()))
 

@@ -94,7 +94,7 @@ def test_a_chaotic_answer_says_so():
     assert one.chaotic and one.causes["twin"] == pytest.approx(0.2)
     assert (one.low_inputs, one.high_inputs) == (0.8, 1.5), "an input counts to one side where nothing is in proportion"
     first, _, twins, *_ = one.lines()
-    assert first == "return to the centre after both flanges: 1.000000 s, chaotic: one sample"
+    assert first == "return to the centre after turning back on both sides: 1.000000 s, chaotic: one sample"
     assert twins == "    run and twins: median 0.950000, 0.800000 to 1.200000; 4 of 4 have it"
 
 

@@ -93,7 +93,7 @@ RESULTS: dict[str, Result] = {
     "t_first_LF": Result(lambda r: r.start("LF"), "first contact of the left flange [s]", 1, "first left flange contact [s]"),
     "t_first_RF": Result(lambda r: r.start("RF"), "first contact of the right flange [s]", 1, "first right flange contact [s]"),
     "t_first_centre": Result(passage(0), "first passage of the centre after a flange contact [s]", 1),
-    "t_return": Result(passage(-1), "return to the centre after both flanges [s]", 1, "return to the centre [s]"),
+    "t_return": Result(passage(-1), "return to the centre after turning back on both sides [s]", 1, "return to the centre [s]"),
     "F_limit_left": Result(lambda r: r.setting("F_limit_left"), "static limit of the lateral force, left [kN]", KN),   # quasistatic
     "F_unloaded": Result(last_load, "lateral force at which a wheel lifts for good [kN]", KN, "", 2e-3),
     "t_derailment": Result(lambda r: r.t[-1] if end_of_ramp(r) else None, "derailment [s]", 1, "derailment [s]", 5e-4),

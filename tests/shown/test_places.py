@@ -37,7 +37,7 @@ def test_comparison_pages(world: World):
     a, b = world.thrown, world.faster
 
     def back(raw: Raw) -> float | None:
-        """The passage of the centre after both flanges [ms]."""
+        """The passage of the centre after turning back on both sides [ms]."""
         return next((1e3*t for t in raw.passages() if t > raw.start("LF") and t > raw.start("RF")), None)
 
     def events(_: object, match: re.Match[str]) -> list[float | None]:

@@ -79,7 +79,7 @@ def reason(run: RunData, name: str, known: Mapping[str, Any]) -> str:
     """Why a run has no answer of a name."""
     if name in ("t_return", "F_derailment"):
         return NO_DISPLACEMENT if "Y" not in run else "the file ends before " + (
-            "the wheelset is back at the centre after both flanges" if name == "t_return" else "the derailment")
+            "the wheelset is back at the centre after turning back on both sides" if name == "t_return" else "the derailment")
     contact = name[-2:]
     if run.normal_force(contact) is None:
         return f"no normal force of the {CONTACT_NAMES[contact]} in the file"

@@ -108,7 +108,7 @@ OUTCOME = {
        for c, words in CONTACT_NAMES.items()},
     "t_first_centre": Quantity("first passage of the centre after a flange contact", "s", 1, digits=6,
                                short="first passage of the centre"),
-    "t_return": Quantity("return to the centre after both flanges", "s", 1, digits=6, short="return to the centre"),
+    "t_return": Quantity("return to the centre after turning back on both sides", "s", 1, digits=6, short="return to the centre"),
     "t_unloaded": Quantity("last force of the wheel that lifts for good", "s", 1, digits=3, short="lift for good"),
     "F_unloaded": Quantity("lateral force at which a wheel lifts for good", "kN", KN, digits=1,
                            short="lateral force, lift for good"),
