@@ -188,9 +188,10 @@ def case_types() -> str:
     for k, variable in enumerate(variables()):
         words = variable.range.removeprefix("one of ").split()
         choices = f"Literal[{', '.join(map(repr, words))}]".replace("'", '"') if variable.range.startswith("one of ") else ""
+        accepted = "float | str" if variable.is_slope else kinds.get(variable.kind, choices or "str | PathLike[str]")
         for name in dict.fromkeys((shortest_name(k), f"{variable.group}_{variable.name}")):
             attributes.append(f"    {name}: Final[{kinds.get(variable.kind, choices or 'str')}]")
-            arguments.append(f"    {name}: {kinds.get(variable.kind, choices or 'str | PathLike[str]')}")
+            arguments.append(f"    {name}: {accepted}")
     return "\n".join([
         '"""Types of the variables of a case, for type checkers. docs/make_tables.py makes this file of the core\'s list."""',
         "from os import PathLike", "from typing import Final, Literal, TypedDict", "", "class Variables:", *attributes, "",
@@ -204,7 +205,7 @@ def unit(name: str) -> str:
 def admitted(words: str) -> str:
     """A range as a table has it."""
     if found := re.match(r"a (whole )?number from (\S+) to (\S+)", words):
-        return f"{plain(found[2])} to {plain(found[3])}{', whole' if found[1] else ''}"
+        return f"{plain(found[2])} to {plain(found[3])}{', whole' if found[1] else ''}{', or `1:n`' if '1:n' in words else ''}"
     if found := re.match(r"one of (.*)", words):
         return ", ".join(f"`{word}`" for word in found[1].split())
     return "text"

@@ -1,6 +1,6 @@
 !> Depth of the wheel's stations inside the rail in one pose of the axle, and the pose in which rigid bodies touch.
 module station_scan
-  use curve, only: curve_type, find_interval
+  use curve, only: curve_point, curve_type, find_interval
   use kinds, only: dp
   use wheel_rail_pair, only: pair_type
   implicit none
@@ -107,8 +107,58 @@ contains
         call step_foot(rail%n, rail%s, rail%a, 1, p(:, i), interval(i), foot(i), depth(i), normal(:, i), &
           rate(i), step(i))
       end do
+      if (abs(step(i)) >= tolerance) call search_foot(rail, p(:, i), foot(i), interval(i), depth(i), normal(:, i), rate(i), step(i))
     end do
   end subroutine set_depth
+
+  !> The foot of one point where Newton's method finds none: far from a curve through noisy points or waves, the distance has a
+  !> minimum at each of them. The nearest knot and its neighbours enclose the least one, which the golden section finds.
+  pure subroutine search_foot(rail, p, foot, interval, depth, normal, rate, step)
+    type(curve_type), intent(in) :: rail
+    real(dp), intent(in) :: p(2)
+    real(dp), intent(out) :: foot, depth, normal(2), rate, step
+    integer, intent(inout) :: interval
+    real(dp), parameter :: golden = 0.5_dp*(sqrt(5.0_dp) - 1), close = 1e-9_dp    ! ratio, and distance of the ends [m]
+    real(dp) :: low, high, a, b, r(2), d1(2), d2(2)
+    integer :: knot
+
+    knot = minloc((rail%a(1, 1, 1:) - p(1))**2 + (rail%a(2, 1, 1:) - p(2))**2, 1)
+    interval = knot
+    low = rail%s(max(knot - 1, 1))
+    high = rail%s(min(knot + 1, rail%n))
+    ! A foot beyond an end is on the straight line that continues the curve.
+    if (knot == 1) low = low - norm2(rail%a(:, 1, knot) - p)
+    if (knot == rail%n) high = high + norm2(rail%a(:, 1, knot) - p)
+    do while (high - low > close)
+      a = high - golden*(high - low)
+      b = low + golden*(high - low)
+      if (squared(a) < squared(b)) then
+        high = b
+      else
+        low = a
+      end if
+    end do
+    foot = (low + high)/2
+    call curve_point(rail, foot, interval, r, d1, d2)
+    normal = [-d1(2), d1(1)]/norm2(d1)
+    depth = -dot_product(p - r, normal)
+    rate = 1/max(dot_product(d1, d1) - dot_product(p - r, d2), 0.2_dp)
+    step = 0
+
+  contains
+
+    !> The squared distance of the point from a place on the curve [m2].
+    pure real(dp) function squared(s)
+      real(dp), intent(in) :: s
+      real(dp) :: place(2), first(2), second(2)
+      integer :: guess
+
+      guess = interval
+      call curve_point(rail, s, guess, place, first, second)
+      squared = dot_product(p - place, p - place)
+    end function squared
+
+  end subroutine search_foot
 
   !> One Newton step for (p - r(s)).r'(s) = 0. The loop has no branches, so that the compiler can treat two points at a time.
   !> Depth and normal are updated to the new foot by Taylor's series, which is exact enough once the step is below

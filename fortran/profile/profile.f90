@@ -21,6 +21,8 @@ module profile
     logical :: reconstruction = .false.    !! the file says that it is one
     character(:), allocatable :: taken     !! how Python made the file; '' where the file does not say it
     real(dp), allocatable :: points(:, :)  !! y, z, (2, n) [mm]
+    !> Depth below the top down to which the gauge side of a rail goes on behind its first point, in points left out [m]; 0 none.
+    real(dp) :: hidden = 0
     type(curve_type) :: curve              !! y, z [m], y increasing from first to last station
   end type profile_type
 
@@ -33,7 +35,7 @@ contains
     integer, intent(in) :: kind            !! is_wheel or is_rail
     type(profile_type), intent(out) :: p
     type(error_type), allocatable, intent(out) :: error
-    character(*), parameter :: mark = '# taken:'
+    character(*), parameter :: mark = '# taken:', hidden = '# gauge side behind the first point, down to [mm]:'
     ! Noise that changes the mean curvature over a patch by less than the curvature of a tread, with points 0.25 mm apart [m].
     real(dp), parameter :: negligible = 0.1e-6_dp
     type(line_type), allocatable :: lines(:)
@@ -41,7 +43,7 @@ contains
     character(40) :: about
     real(dp) :: noise
     integer :: i
-    logical :: made
+    logical :: made, ok
 
     p%taken = ''
     call read_lines(file, lines, error)
@@ -51,6 +53,10 @@ contains
     made = .false.
     do i = 1, size(lines)
       if (index(lower(lines(i)%text), 'reconstruction') > 0) p%reconstruction = .true.
+      if (index(lines(i)%text, hidden) == 1) then
+        call to_real(adjustl(lines(i)%text(len(hidden) + 1:)), p%hidden, ok)
+        p%hidden = merge(1e-3_dp*p%hidden, 0.0_dp, ok)
+      end if
       if (made .or. index(lines(i)%text, mark) /= 1) cycle
       made = .true.
       p%taken = trim(adjustl(lines(i)%text(len(mark) + 1:)))

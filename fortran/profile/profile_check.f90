@@ -9,11 +9,13 @@ module profile_check
 
   integer, parameter :: is_wheel = 1, is_rail = 2
   integer, parameter :: least_points = 10
-  real(dp), parameter :: least_width = 10, largest_width = 1000  !! plausible widths [mm]
+  !> Plausible widths: least of a file that Python has not made, of a model 1:10, and largest [mm].
+  real(dp), parameter :: least_width = 10, least_model = 5, largest_width = 1000
   real(dp), parameter :: least_spacing = 1e-3_dp                 !! nearer points are one point [mm]
   real(dp), parameter :: largest_turn = 120*degree               !! turn at a point: above, two points are exchanged
   real(dp), parameter :: near_origin = 3                         !! y of a wheel's back, of a gauge point [mm]
-  real(dp), parameter :: clear = 5                               !! height above or below the middle that is clear [mm]
+  !> Height above or below the middle that is clear [mm], and narrower profiles of models have less of it [mm].
+  real(dp), parameter :: clear = 5, full_width = 50
 
 contains
 
@@ -26,7 +28,7 @@ contains
     integer, intent(in) :: line(:)             !! of each point in the file
     type(error_type), allocatable, intent(out) :: error
     integer :: n, tip
-    real(dp) :: middle, height
+    real(dp) :: middle, height, least
 
     n = size(points, 2)
     if (n < least_points) then
@@ -34,7 +36,7 @@ contains
       return
     end if
     associate (y => points(1, :), z => points(2, :))
-      if (maxval(y) - minval(y) < least_width .or. maxval(y) - minval(y) > largest_width) then
+      if (maxval(y) - minval(y) < merge(least_width, least_model, strict) .or. maxval(y) - minval(y) > largest_width) then
         call refuse(error, 'y in mm over '//str(least_width)//' to '//str(largest_width)//' mm', &
           'a width of '//str(maxval(y) - minval(y)), file)
       else if (y(n) <= y(1)) then
@@ -46,12 +48,13 @@ contains
       if (allocated(error)) return
       middle = (minval(y) + maxval(y))/2
       height = z(minloc(abs(y - middle), 1))
+      least = clear*min(1.0_dp, (maxval(y) - minval(y))/full_width)
       tip = minloc(z, 1)
-      if (kind == is_wheel .and. (tip == 1 .or. y(tip) >= middle .or. z(tip) > height - clear)) then
+      if (kind == is_wheel .and. (tip == 1 .or. y(tip) >= middle .or. z(tip) > height - least)) then
         call refuse(error, &
           'a wheel, with z up and y from its back: a flange whose tip is below the middle and nearer to the back', &
           'the lowest point at y = '//str(y(tip))//', '//str(height - z(tip))//' mm below the middle', file)
-      else if (kind == is_rail .and. max(z(1), z(n)) > height + clear) then
+      else if (kind == is_rail .and. max(z(1), z(n)) > height + least) then
         call refuse(error, 'a rail, with z up: ends below the middle', &
           'an end '//str(max(z(1), z(n)) - height)//' mm above it', file)
       else if (strict) then

@@ -8,12 +8,14 @@ module case
   use kinds, only: dp
   use contact_law, only: extent_type, floored_force
   use system, only: default_folder, last_slash
-  use text, only: shortest, str
+  use text, only: shortest, str, to_real
   implicit none
   private
   public :: case_type, variable_type, list_variables, admissible, case_title, output_path, value_text, range_text, text_length
+  public :: inclinations, is_default, to_angle
 
   integer, parameter :: text_length = 256
+  real(dp), parameter :: most_inclined = 0.12_dp     !! of a rail, beyond its file: twice that of any track [rad]
 
   type :: case_type
     ! &case
@@ -30,6 +32,8 @@ module case
     real(dp) :: gauge = 1.4351_dp
     real(dp) :: gauge_depth = 0.014_dp
     real(dp) :: friction = 0
+    real(dp) :: rail_inclination = 0
+    character(text_length) :: rail_inclination_right = ''
     ! &material
     real(dp) :: youngs_modulus = 210e9_dp
     real(dp) :: poisson = 0.28_dp
@@ -83,6 +87,8 @@ module case
     character(text_length), pointer :: text => null()
     real(dp) :: least = 0, largest = 0     !! admissible range of a number
     character(:), allocatable :: words     !! admissible words, separated by blanks; empty: any text
+    !> The value may be 1:n in words, and a header has it only where it is not the default. A text may be a number.
+    logical :: slope = .false.
     character(:), allocatable :: unit, meaning
   end type variable_type
 
@@ -91,6 +97,7 @@ module case
     type(variable_type) :: list(80)        !! the variables; the first n are set
   contains
     procedure, private :: add_real, add_integer, add_text
+    procedure, private :: mark_slope
     generic :: add => add_real, add_integer, add_text
   end type variable_list
 
@@ -105,19 +112,25 @@ contains
     call all%add('case', 'name', c%name, '', 'name of the case and, by default, of the column file')
     call all%add('case', 'title', c%title, '', 'one line that header and plots repeat; made from the values if empty')
     call all%add('wheelset', 'mass', c%mass, 1.0_dp, 1e6_dp, 'kg', 'mass of the wheelset')
-    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1.0_dp, 1e6_dp, 'kg m2', &
+    call all%add('wheelset', 'roll_inertia', c%roll_inertia, 1e-4_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the longitudinal axis')
     call all%add('wheelset', 'pitch_inertia', c%pitch_inertia, 0.0_dp, 1e6_dp, 'kg m2', &
       'moment of inertia about the axle; it enters the gyroscopic moment only')
-    call all%add('wheelset', 'rolling_radius', c%rolling_radius, 0.05_dp, 2.0_dp, 'm', &
+    call all%add('wheelset', 'rolling_radius', c%rolling_radius, 0.03_dp, 2.0_dp, 'm', &
       'rolling radius at the contact point of the centred wheelset')
-    call all%add('wheelset', 'back_to_back', c%back_to_back, 0.3_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
+    call all%add('wheelset', 'back_to_back', c%back_to_back, 0.1_dp, 3.0_dp, 'm', 'distance between the backs of the wheels')
     call all%add('wheelset', 'vertical_load', c%vertical_load, 0.0_dp, 1e7_dp, 'N', &
       'constant vertical load at the centre of gravity, without inertia')
-    call all%add('track', 'gauge', c%gauge, 0.3_dp, 3.0_dp, 'm', 'track gauge')
+    call all%add('track', 'gauge', c%gauge, 0.1_dp, 3.0_dp, 'm', 'track gauge')
     call all%add('track', 'gauge_depth', c%gauge_depth, 1e-3_dp, 0.05_dp, 'm', &
       'depth below the top of the rails at which the gauge is measured')
     call all%add('track', 'friction', c%friction, 0.0_dp, 1e-7_dp, '1', 'friction coefficient; it is taken as exactly zero')
+    call all%add('track', 'rail_inclination', c%rail_inclination, -most_inclined, most_inclined, 'rad', &
+      'angle by which the rails lean to the track''s centre beyond their files; a slope such as 1:40 may stand for it')
+    call all%mark_slope()
+    call all%add('track', 'rail_inclination_right', c%rail_inclination_right, '', &
+      'this angle of the right rail alone; the empty text means as on the left')
+    call all%mark_slope(most_inclined)
     call all%add('material', 'youngs_modulus', c%youngs_modulus, 1e6_dp, 1e13_dp, 'Pa', 'Young''s modulus of wheels and rails')
     call all%add('material', 'poisson', c%poisson, 0.0_dp, 0.499_dp, '1', 'Poisson''s ratio of wheels and rails')
     call all%add('material', 'shear_modulus', c%shear_modulus, 1e6_dp, 1e13_dp, 'Pa', &
@@ -226,6 +239,61 @@ contains
     this%list(this%n) = variable_type(group, name, text=word, words=words, unit='', meaning=meaning)
   end subroutine add_text
 
+  !> Let the last variable be an angle that may be given as a slope, up to `largest` [rad] where it is a text.
+  subroutine mark_slope(this, largest)
+    class(variable_list), intent(inout) :: this
+    real(dp), intent(in), optional :: largest
+
+    this%list(this%n)%slope = .true.
+    if (.not. present(largest)) return
+    this%list(this%n)%least = -largest
+    this%list(this%n)%largest = largest
+    this%list(this%n)%unit = 'rad'
+  end subroutine mark_slope
+
+  !> The angle of a word [rad]: a number, or a slope 1:n with a sign before it.
+  pure subroutine to_angle(word, angle, ok)
+    character(*), intent(in) :: word
+    real(dp), intent(out) :: angle
+    logical, intent(out) :: ok
+    real(dp) :: n
+    integer :: from
+
+    from = merge(2, 1, scan(word, '+-') == 1)
+    if (index(word(min(from, len(word)):), '1:') /= 1) then
+      call to_real(word, angle, ok)
+      return
+    end if
+    angle = 0
+    call to_real(word(from + 2:), n, ok)
+    if (ok) ok = n > 0 .and. scan(word(from + 2:), '+-') /= 1
+    if (ok) angle = atan(1/n)
+    if (word(1:1) == '-') angle = -angle
+  end subroutine to_angle
+
+  !> The angles by which the left and the right rail are turned beyond their files [rad], of a case that was checked.
+  pure function inclinations(c) result(angles)
+    type(case_type), intent(in) :: c
+    real(dp) :: angles(2)
+    logical :: ok
+
+    angles = c%rail_inclination
+    if (c%rail_inclination_right /= '') call to_angle(trim(c%rail_inclination_right), angles(2), ok)
+  end function inclinations
+
+  !> Whether a variable has the value of another one, its default.
+  pure logical function is_default(variable, default)
+    type(variable_type), intent(in) :: variable, default
+
+    if (associated(variable%x)) then
+      is_default = abs(variable%x - default%x) <= 0
+    else if (associated(variable%i)) then
+      is_default = variable%i == default%i
+    else
+      is_default = variable%text == default%text
+    end if
+  end function is_default
+
   !> The value of a variable as it would stand in a namelist.
   function value_text(variable) result(word)
     type(variable_type), intent(in) :: variable
@@ -257,10 +325,13 @@ contains
     if (associated(variable%x)) then
       words = 'a number from '//str(variable%least)//' to '//str(variable%largest)
       if (variable%unit /= '1') words = trim(words)//' '//variable%unit
+      if (variable%slope) words = trim(words)//', or 1:n'
     else if (associated(variable%i)) then
       words = 'a whole number from '//str(nint(variable%least))//' to '//str(nint(variable%largest))
     else if (len(variable%words) > 0) then
       words = 'one of '//variable%words
+    else if (variable%slope) then
+      words = 'a number from '//str(variable%least)//' to '//str(variable%largest)//' '//variable%unit//', 1:n, or the empty text'
     else
       words = 'a text in quotes of at most '//str(text_length)//' printable bytes'
     end if
@@ -269,6 +340,7 @@ contains
   !> Whether the value of a variable is admissible.
   pure logical function admissible(variable)
     type(variable_type), intent(in) :: variable
+    real(dp) :: angle
     integer :: k
 
     if (associated(variable%x)) then
@@ -281,6 +353,10 @@ contains
       if (admissible .and. len(variable%words) > 0) &
         admissible = index(' '//variable%words//' ', ' '//trim(variable%text)//' ') > 0 &
         .and. len_trim(variable%text) > 0 .and. index(trim(variable%text), ' ') == 0
+      if (admissible .and. variable%slope .and. variable%text /= '') then
+        call to_angle(trim(variable%text), angle, admissible)
+        if (admissible) admissible = angle >= variable%least .and. angle <= variable%largest
+      end if
     end if
   end function admissible
 

@@ -1,6 +1,6 @@
 !> Read a case from the lines of a namelist file. Fortran's own reading of namelists cannot say where an error is.
 module case_reader
-  use case, only: admissible, case_type, list_variables, range_text, text_length, variable_type
+  use case, only: admissible, case_type, list_variables, range_text, text_length, to_angle, variable_type
   use errors, only: error_type, refuse
   use kinds, only: dp
   use text, only: clip, line_type, lower, to_real
@@ -138,11 +138,15 @@ contains
     logical :: ok
 
     if (associated(variable%text)) then
-      ok = reader%kind == quoted .and. len(reader%word) <= text_length
+      ok = (reader%kind == quoted .or. (variable%slope .and. reader%kind == plain)) .and. len(reader%word) <= text_length
       if (ok) variable%text = reader%word
     else
       ok = .false.
-      if (reader%kind == plain) call to_real(reader%word, x, ok)
+      if (variable%slope .and. reader%kind /= mark) then
+        call to_angle(reader%word, x, ok)
+      else if (reader%kind == plain) then
+        call to_real(reader%word, x, ok)
+      end if
       if (ok .and. associated(variable%i)) ok = abs(x) < 1e9_dp .and. abs(x - anint(x)) <= 0
       if (ok .and. associated(variable%i)) variable%i = nint(x)
       if (ok .and. associated(variable%x)) variable%x = x

@@ -3,7 +3,7 @@
 module run_results
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
-  use case, only: case_title, case_type, list_variables, output_path, value_text, variable_type
+  use case, only: case_title, case_type, is_default, list_variables, output_path, value_text, variable_type
   use events, only: causes, elastic_kinds, event_kinds, event_log, event_type, impact, kept, never
   use kinds, only: degree, dp, version
   use profile, only: profile_type
@@ -11,7 +11,8 @@ module run_results
   use run_monitor, only: run_type
   use run_setup, only: roll_rate_on_rails, setup_type
   use table_results, only: list_accuracy, list_tables, list_work
-  use text, only: joined, str
+  use text, only: joined, shortest, str
+  use upright_rails, only: upright_warning
   use wheelset, only: contact_name, flanges
   implicit none
   private
@@ -19,6 +20,7 @@ module run_results
 
   integer, parameter :: listed_impacts = 5
   character(*), parameter :: scientific = 'es9.2'
+  real(dp), parameter :: upright(2) = 0     !! inclination of wheels beyond their files [rad]
   integer, parameter :: width = 100         !! longest line on the terminal [characters]
   real(dp), parameter :: milli = 1e3_dp, kilo = 1e-3_dp    ! units on the terminal over SI units
 
@@ -29,8 +31,8 @@ contains
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     character(:), allocatable, intent(out) :: lines
-    type(case_type), target :: copy
-    type(variable_type), allocatable :: list(:)
+    type(case_type), target :: copy, usual
+    type(variable_type), allocatable :: list(:), default(:)
     type(result_list) :: items
     character(:), allocatable :: group
     integer :: k
@@ -39,16 +41,18 @@ contains
       'frame: X forward, Y left, Z up; Z and roll from static equilibrium at Y = 0; SI units, radians'//newline// &
       'contacts: LT left tread, LF left flange, RT right tread, RF right flange; '// &
       'forces of the rail on the wheel, track frame'//newline
-    call add_profiles(lines, 'wheel', setup%wheel, only_remarkable=.false.)
-    call add_profiles(lines, 'rail', setup%rail, only_remarkable=.false.)
+    call add_profiles(lines, 'wheel', setup%wheel, upright, only_remarkable=.false.)
+    call add_profiles(lines, 'rail', setup%rail, setup%inclination, only_remarkable=.false.)
     call add_formulation(lines, c)
     items = result_list('', '', '')
     call list_setup(c, setup, items)
     lines = lines//'&setup'//newline//items%entries//'/'//newline//items%warnings
     copy = c
     call list_variables(copy, list)
+    call list_variables(usual, default)
     group = ''
     do k = 1, size(list)
+      if (list(k)%slope .and. is_default(list(k), default(k))) cycle
       if (list(k)%group /= group) then
         if (k > 1) lines = lines//'/'//newline
         group = list(k)%group
@@ -83,8 +87,8 @@ contains
 
     lines = trim(c%name)//': '//trim(case_title(c))//newline
     call add_formulation(lines, c)
-    call add_profiles(lines, 'wheel', setup%wheel, only_remarkable=.true.)
-    call add_profiles(lines, 'rail', setup%rail, only_remarkable=.true.)
+    call add_profiles(lines, 'wheel', setup%wheel, upright, only_remarkable=.true.)
+    call add_profiles(lines, 'rail', setup%rail, setup%inclination, only_remarkable=.true.)
     items = result_list('', '', '')
     call list_setup(c, setup, items)
     call list_outcome(c, run, items)
@@ -104,6 +108,8 @@ contains
     character(:), allocatable :: words
     integer :: k
 
+    words = upright_warning(setup)
+    if (words /= '') call items%warn(words)
     associate (left => setup%side(1)%clearance, right => setup%side(2)%clearance)
       call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)
       call items%add('clearance_right', [right], 'm', ', right #'//newline, 'f0.3', milli)
@@ -138,6 +144,7 @@ contains
       words = words//' '//trim(motion(maxloc(setup%wheelset%inertia()*setup%shapes(:, k)**2, 1)))//' #'
     end do
     call items%add('eigenfrequencies', setup%frequency(:setup%modes), 'Hz', words//newline, 'f0.4')
+    if (allocated(setup%remark)) call items%warn(setup%remark)
     call list_tables(c, setup, items)
     call warn_of_roll_rate()
 
@@ -424,20 +431,24 @@ contains
   end subroutine add_formulation
 
   !> A line per profile, with one line for both sides if they have the same. A profile is remarkable if its file says how it
-  !> was made, or if the sides have different files.
-  subroutine add_profiles(lines, what, p, only_remarkable)
+  !> was made, if it is turned, or if the sides have different files.
+  subroutine add_profiles(lines, what, p, inclination, only_remarkable)
     character(:), allocatable, intent(inout) :: lines
     character(*), intent(in) :: what
     type(profile_type), intent(in) :: p(2)       !! left, right
+    real(dp), intent(in) :: inclination(2)       !! beyond the file [rad]
     logical, intent(in) :: only_remarkable
     character(6), parameter :: side(2) = ['left  ', 'right ']
+    logical :: same
     integer :: k
 
-    if (only_remarkable .and. p(1)%taken//p(2)%taken == '' .and. p(1)%file == p(2)%file) return
-    do k = 1, merge(1, 2, p(1)%file == p(2)%file)
-      if (p(1)%file /= p(2)%file) lines = lines//trim(side(k))//' '
+    same = p(1)%file == p(2)%file .and. abs(inclination(1) - inclination(2)) <= 0
+    if (only_remarkable .and. p(1)%taken//p(2)%taken == '' .and. same .and. abs(inclination(1)) <= 0) return
+    do k = 1, merge(1, 2, same)
+      if (.not. same) lines = lines//trim(side(k))//' '
       lines = lines//what//' profile: '//p(k)%file//', CRC-32 '//p(k)%checksum
       if (p(k)%reconstruction) lines = lines//', RECONSTRUCTION (not the organisers'' file)'
+      if (abs(inclination(k)) > 0) lines = lines//', inclined by '//trim(shortest(inclination(k)))//' rad beyond its file'
       if (p(k)%taken /= '') lines = lines//', '//p(k)%taken
       lines = lines//newline
     end do

@@ -3,7 +3,7 @@ module run_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use body_file, only: read_bodies
   use both_rails, only: largest_force_on_rails, rest_on_rails
-  use case, only: case_type
+  use case, only: case_type, inclinations
   use contact_zones, only: border_station, find_zones, least_turn, side_type
   use errors, only: error_type, place_error, refuse
   use rigid_geometry, only: clearance, geometry_at, rigid_contact
@@ -21,6 +21,7 @@ module run_setup
   type :: setup_type
     type(profile_type) :: wheel(2), rail(2)   !! left, right
     type(side_type) :: side(2)         !! left, right
+    real(dp) :: inclination(2) = 0     !! of the rails beyond their files, left, right [rad]
     character(8) :: bodies_sum = ''    !! CRC-32 of the file of bodies; '' where there is none
     logical :: symmetric = .true.      !! left and right have the same profiles
     type(wheelset_type) :: wheelset
@@ -32,6 +33,7 @@ module run_setup
     integer :: modes = 3               !! number of eigenmodes: 1 with rigid contacts
     real(dp) :: frequency(3) = 0       !! eigenfrequencies at `rest`, ascending [Hz]
     real(dp) :: shapes(3, 3) = 0       !! modes y, z, roll in columns
+    character(:), allocatable :: remark  !! a warning of who prepared it; not allocated: none
     real(dp) :: seconds = 0            !! processor time for the preparation
   end type setup_type
 
@@ -51,9 +53,10 @@ contains
     files = reshape([c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right], [2, 2])
     names(:, 1) = [character(19) :: 'wheel_profile', 'rail_profile']
     names(:, 2) = merge(names(:, 1), [character(19) :: 'wheel_profile_right', 'rail_profile_right'], files(:, 2) == '')
+    setup%inclination = inclinations(c)
     call place_side(1)
     if (allocated(error)) return
-    if (all(files(:, 2) == '')) then
+    if (all(files(:, 2) == '') .and. c%rail_inclination_right == '') then
       setup%wheel(2) = setup%wheel(1)
       setup%rail(2) = setup%rail(1)
       setup%side(2) = setup%side(1)
@@ -98,9 +101,9 @@ contains
         end if
         if (.not. allocated(error)) then
           faulty = ''
-          if (k == 2) faulty = trim(names(1, 2))//', '//trim(names(2, 2))
-          call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, c%back_to_back, &
-            c%rolling_radius, side%pair, error)
+          if (k == 2 .and. any(files(:, 2) /= files(:, 1))) faulty = trim(names(1, 2))//', '//trim(names(2, 2))
+          call place_profiles(wheel%curve, rail%curve, wheel%file, rail%file, c%gauge, c%gauge_depth, rail%hidden, &
+            setup%inclination(k), c%back_to_back, c%rolling_radius, side%pair, error)
         end if
         if (.not. allocated(error) .and. c%formulation == 'elastic' .and. c%influence == 'bodies') then
           faulty = ''

@@ -1,6 +1,6 @@
 !> The contact tables of a run.
 module run_tables
-  use case, only: case_type
+  use case, only: case_type, inclinations
   use contact_law, only: law_type
   use contact_table, only: table_type
   use contact_zones, only: side_type
@@ -10,7 +10,7 @@ module run_tables
   use run_setup, only: setup_type
   use table_file, only: load_values, save_values, table_path
   use table_layout, only: lay_out
-  use text, only: str
+  use text, only: shortest, str
   implicit none
   private
   public :: open_tables, keep_tables, free_tables
@@ -88,6 +88,7 @@ contains
     type(setup_type), intent(in) :: setup
     integer, intent(in) :: side            !! 1 left, 2 right
     character(:), allocatable :: key
+    real(dp) :: inclination(2)
 
     key = 'model '//trim(c%model)//' profiles '//setup%wheel(side)%checksum//' '//setup%rail(side)%checksum// &
       ' gauge '//str(c%gauge)//' '//str(c%gauge_depth)// &
@@ -95,6 +96,8 @@ contains
       ' nu '//str(c%poisson)//' scale '//str(c%stiffness_scale)//' influence '//trim(c%influence)//' '//setup%bodies_sum// &
       ' extent '//str(c%extent%lateral)//' '//str(c%extent%lift)//' '//str(c%extent%drop)//' '//str(c%extent%roll)// &
       ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)
+    inclination = inclinations(c)
+    if (abs(inclination(side)) > 0) key = key//' inclination '//trim(shortest(inclination(side)))
   end function table_key
 
 end module run_tables

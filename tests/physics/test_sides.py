@@ -17,6 +17,7 @@ from ldbench.conicity import equivalent_conicity, linearised_conicity
 from ldbench.geometry.outlines import case_outlines, pose, run_outlines, turned
 from ldbench.results.run_data import RunData, read_data
 from ldbench.viewer.page import make_page
+from mirror_image import mirrored
 from probes import MASS, WEIGHT, gaps
 from round_profiles import RADIUS, Shape
 from running import REPO, header, rows, run_case, short_case
@@ -24,7 +25,6 @@ from running import REPO, header, rows, run_case, short_case
 FORMULATIONS = "elastic", "bilateral", "unilateral"
 LEFT = {"wheel_profile": "awprof", "rail_profile": "arprof"}
 RIGHT = {"wheel_profile": "s1002", "rail_profile": "60e1"}
-NEGATIVE = "Y", "roll", "vY", "roll_rate", "aY", "roll_acc", "F_ext", "M_gyro", "delta_r"      # in the mirror
 # Which law a table holds does not matter to what has two sides: that of Hertz is built in the least time. The wheelset stays
 # between the rails, and so does the path on which rigid contact is followed.
 COARSE = {"model": "hertz", "lateral": 0.02}
@@ -48,17 +48,6 @@ def table_of(formulation: str = "elastic", left: tuple[str, ...] = tuple(LEFT.va
              right: tuple[str, ...] = tuple(RIGHT.values())) -> ContactTable:
     """That of two_sided with these wheel and rail; it serves other initial conditions."""
     return ContactTable(two_sided(formulation, *(dict(zip(LEFT, names, strict=True)) for names in (left, right))))
-
-
-def mirrored(frame: pd.DataFrame) -> pd.DataFrame:
-    """Columns, or geometry functions, of the mirrored wheelset."""
-    names, signs = {}, {}
-    for name in frame.columns:
-        stem, _, side = name.rpartition("_")
-        other = {"L": "R", "R": "L"}
-        names[name] = f"{stem}_{other[side[0]]}{side[1:]}" if side in ("L", "R", "LT", "LF", "RT", "RF") else name
-        signs[name] = -1 if name in NEGATIVE or stem in ("Fy", "y") else 1
-    return pd.DataFrame({name: signs[name]*frame[names[name]] for name in frame.columns})
 
 
 @pytest.mark.parametrize("formulation", ["elastic", "unilateral"])

@@ -38,6 +38,10 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     # Values.
     ("&wheelset mass = -3 /", ("line 1, &wheelset mass: expected a number from ", "found -3")),
     ("&integrator max_halvings = 9.5 /", ("&integrator max_halvings: expected a whole number", "found 9.5")),
+    *((f"&track\n rail_inclination = {wrong}\n/", (
+        "line 2, &track rail_inclination: expected a number from -0.12 to 0.12 rad, or 1:n", f"found {wrong}"))
+      for wrong in ("1:5", "0.13", "'steep'", "'1:0'", "1:-40", "1:", "-1:")),
+    ("&track rail_inclination_right = '1:5' /", ("&track rail_inclination_right: expected a number from -0.12 to 0.12 rad, 1:n",)),
     ({"case": {"name": "a/b"}}, ("&case name", "expected a word that can name a file", "a/b")),
     # Values that do not fit each other or the profiles.
     ({"track": {"gauge": 1.2}}, ("&track gauge = 1.2 m", "back_to_back = 1.35214 m", "awprof.yz", "arprof.yz")),

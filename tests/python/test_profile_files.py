@@ -130,6 +130,10 @@ def test_units_are_told_by_the_size(kind, unit, note, tmp_path):
     assert found.points == pytest.approx(BOTH[kind], abs=1e-5) and found.notes == [note]
     raw, found = placed(tmp_path, "file.txt", f"y [{note[3:5]}] z [{note[3:5]}]\n" + rows(BOTH[kind]/unit, digits=9))
     assert raw.unit == unit and found.notes == []
+    if unit == 10.0:        # who says that a wheel 13.5 mm wide is in mm has a model
+        _, found = placed(tmp_path, "file.txt", rows(BOTH[kind]/unit, digits=9), unit="mm")
+        assert found.scale == 10 and found.notes == ["scale 1:10, by the size"]
+        return
     assert "unit" in refused(tmp_path, "file.txt", rows(BOTH[kind]/unit, digits=9), unit="mm")
 
 

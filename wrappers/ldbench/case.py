@@ -43,6 +43,12 @@ class Variable(NamedTuple):
     range: str          # in words
     unit: str
     meaning: str
+    header: str         # 'always', or 'if set' where headers have it only if it is not the default
+
+    @property
+    def is_slope(self) -> bool:
+        """Whether the value is an angle that may be given as 1:n."""
+        return "1:n" in self.range
 
 
 @functools.cache
@@ -135,10 +141,11 @@ class Case(Variables):
     def of_groups(cls, groups: Mapping[str, Mapping[str, Value]], label: str = "case", folder: Path | None = None) -> Case:
         """A case of the groups of a namelist that give every variable, as the header of a column file does."""
         for variable in variables():
-            if variable.name not in groups.get(variable.group, {}):
+            if variable.header == "always" and variable.name not in groups.get(variable.group, {}):
                 raise Error(file=label, group=variable.group, variable=variable.name, expected=variable.range,
                             found="none")
-        return cls.of_values([groups[variable.group][variable.name] for variable in variables()], label, folder)
+        return cls.of_values([groups[variable.group].get(variable.name, default)
+                              for variable, default in zip(variables(), defaults(), strict=True)], label, folder)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"a Case does not change; case.replace({name}=...) gives another one")
@@ -222,9 +229,15 @@ class Case(Variables):
         if variable.kind == "text":
             if isinstance(value, os.PathLike):
                 value = os.fspath(value)
+            if variable.is_slope and isinstance(value, Real) and not isinstance(value, (bool, np.bool_)):
+                value = repr(float(value))
             refusal = BadValue if isinstance(value, str) else BadType
             if isinstance(value, str) and len(_words(value)) <= TEXT_LENGTH:
                 return value.rstrip(" ")
+        elif isinstance(value, str) and variable.is_slope:
+            refusal = BadValue
+            with suppress(Error):
+                return slope_angle(variable, value)
         elif isinstance(value, Real) and not isinstance(value, (bool, np.bool_)):
             refusal = BadValue
             with suppress(OverflowError):       # where no real number is so large
@@ -321,6 +334,11 @@ class Case(Variables):
         changed = (f"{shortest_name(k)}={value!r}" for k, (value, default) in
                    enumerate(zip(self.values, defaults(), strict=True)) if value != default)
         return f"Case({', '.join(changed)})"
+
+
+def slope_angle(variable: Variable, words: str) -> float:
+    """The angle of words such as '1:40', as the core reads them of a variable [rad]."""
+    return float(Case.from_namelist({variable.group: {variable.name: words}}).values[variables().index(variable)])
 
 
 def together(values: Changes | None, changes: Mapping[str, object]) -> Changes:

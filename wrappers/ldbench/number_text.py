@@ -70,6 +70,12 @@ def force_text(force: float) -> str:
     return f"{number_text(1e-3*force, 1, 3)} kN"
 
 
+def slope_words(slope: float, digits: int = 4) -> str:
+    """A slope, and as 1:n what is not nearly 0: '0.0250 (1:40.0)'."""
+    words = number_text(slope, digits)
+    return words + (f" ({'−' if slope < 0 else ''}1:{1/abs(slope):.1f})" if abs(slope) > 1e-4 else "")
+
+
 def clearance_words(left: float, right: float) -> str:
     """Rigid-axle flange clearance to both sides [m] as it is written everywhere, in mm: 'left 10.180, right 10.180'."""
     return f"left {number_text(1e3*left, 3)}, right {number_text(1e3*right, 3)}"

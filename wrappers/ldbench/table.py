@@ -22,7 +22,8 @@ from .conicity import GEOMETRY, GEOMETRY_PITCH, geometry_rows
 from .constants import CONTACTS
 from .number_text import clearance_words
 from .pressure import ELEMENTS, Patch, check_model, load, press
-from .profiles.profile import core_file
+from .profiles.profile import core_file, geometry_file
+from .run_curve import Rigid, change_words
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
@@ -30,6 +31,7 @@ if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes lon
 log = logging.getLogger(__name__)
 
 Wheel = Literal["both", "left", "right"]
+Curve = Literal["run", "geometry"]      # that of runs has no waves that break a contact into several patches
 Outside = Literal["raise", "nan"]
 
 WHEELS = "both", "left", "right"
@@ -99,6 +101,7 @@ class ContactTable:
         address, message, length = flat.prepare_case(*case.arrays(), located(case))
         check(message, length, case.label)
         self._own(case, Handle(flat.free_prepared, address))
+        self._tell_smoothing()
         log.info("%s: %r", case.label, self)
 
     def _own(self, case: Case, handle: Handle) -> None:
@@ -121,7 +124,15 @@ class ContactTable:
         check(message, length, case.label)
         new = object.__new__(ContactTable)
         new._own(case, Handle(flat.free_prepared, address, self._handle))
+        if any(variable.group == "wheelset" and ours != theirs
+               for variable, ours, theirs in zip(variables(), self.case.values, case.values, strict=True)):
+            new._tell_smoothing()
         return new
+
+    def _tell_smoothing(self) -> None:
+        """Let the run's header tell what the smoothing of waves changes, where a profile has it."""
+        if words := smoothing_words(self.case, self._handle, self.frequencies[0]):
+            flat.tell_setup(self._handle, words.encode("ascii", "replace"))
 
     def __copy__(self) -> ContactTable:
         return self             # nothing in it changes
@@ -313,14 +324,15 @@ def _number(wheel: Wheel) -> int:
     return WHEELS.index(wheel)
 
 
-def core_files(case: Case) -> dict[str, str]:
-    """Paths of the files that a run reads, by variable, as the core reads them."""
-    return {name: path if name == "bodies" else core_file(path, name.partition("_")[0]) for name, path in case.files().items()}
+def core_files(case: Case, curve: Curve = "run") -> dict[str, str]:
+    """Paths of the files that a run reads, or of those of its geometry, by variable, as the core reads them."""
+    file = core_file if curve == "run" else geometry_file
+    return {name: path if name == "bodies" else file(path, name.partition("_")[0]) for name, path in case.files().items()}
 
 
-def located(case: Case) -> bytes:
+def located(case: Case, curve: Curve = "run") -> bytes:
     """Paths of the case's files, as the core takes them."""
-    files = core_files(case)
+    files = core_files(case, curve)
     paths = [path_bytes(files.get(name, "")) for name in FILES]
     for path in paths:
         if len(path) > TEXT_LENGTH:
@@ -329,22 +341,41 @@ def located(case: Case) -> bytes:
     return b"".join(path.ljust(TEXT_LENGTH) for path in paths)
 
 
-def rigid_geometry(case: Case) -> Handle:
+def rigid_geometry(case: Case, curve: Curve = "run") -> Handle:
     """The profiles of a case in their places, without a contact table."""
-    address, message, length = flat.prepare_rigid_case(*case.arrays(), located(case))
+    address, message, length = flat.prepare_rigid_case(*case.arrays(), located(case, curve))
     check(message, length, case.label)
     return Handle(flat.free_prepared, address)
 
 
-def placed_outlines(case: Case) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float, tuple[float, float]]:
+def placed_outlines(case: Case, curve: Curve = "run",
+                    ) -> tuple[list[tuple[np.ndarray, np.ndarray]], float, float, tuple[float, float]]:
     """The outlines of a case's profiles in their places: wheel in the frame of the wheelset and rail in that of the track, (n, 2)
     [m] each, Y outward, for the left and the right side; height [m] and roll [rad] of the axle of the rigid wheelset on both rails;
     rigid-axle flange clearance to the left and to the right [m]. Error where a run would refuse the profiles."""
-    handle = rigid_geometry(case)
+    handle = rigid_geometry(case, curve)
     sizes, (axle, roll) = flat.outline_sizes(handle)
     left, right = ([flat.outline_points(handle, what, side, sizes[what - 1, side - 1]).T for what in (1, 2)] for side in (1, 2))
     clearance_left, clearance_right = (float(flat.rigid_numbers(handle, side)[0][0]) for side in (1, 2))
     return [(left[0], left[1]), (right[0], right[1])], float(axle), float(roll), (clearance_left, clearance_right)
+
+
+def smoothing_words(case: Case, run: Handle | None = None, frequency: float | None = None) -> str:
+    """What the smoothing of waves changes, for a case that has such profiles; '' for others.
+
+    run: the case as it is prepared for a run, with the frequency of its lateral motion [Hz]; None for its profiles alone.
+    """
+    files, of_points = core_files(case), core_files(case, "geometry")
+    changed = {path: files[name] for name, path in case.files().items() if of_points[name] != files[name]}
+    if not changed:
+        return ""
+    before, after = Rigid.of(rigid_geometry(case, "geometry")), Rigid.of(run or rigid_geometry(case))
+    unsmoothed = None
+    if frequency is not None:
+        address, _, length = flat.prepare_case(*case.replace(table_folder="").arrays(), located(case, "geometry"))
+        if not length:
+            unsmoothed = float(flat.prepared_numbers(Handle(flat.free_prepared, address))[10])
+    return change_words(changed, before, after, unsmoothed, frequency)
 
 
 def profile_names(case: Case) -> str:

@@ -25,6 +25,10 @@ class Variables:
     track_gauge_depth: Final[float]
     friction: Final[float]
     track_friction: Final[float]
+    rail_inclination: Final[float]
+    track_rail_inclination: Final[float]
+    rail_inclination_right: Final[str]
+    track_rail_inclination_right: Final[str]
     youngs_modulus: Final[float]
     material_youngs_modulus: Final[float]
     poisson: Final[float]
@@ -143,6 +147,10 @@ class Values(TypedDict, total=False):
     track_gauge_depth: float
     friction: float
     track_friction: float
+    rail_inclination: float | str
+    track_rail_inclination: float | str
+    rail_inclination_right: float | str
+    track_rail_inclination_right: float | str
     youngs_modulus: float
     material_youngs_modulus: float
     poisson: float

@@ -12,6 +12,9 @@ LONGEST = 2048          # of a message in the core [characters]
 
 HEADER = ", header"     # follows the file in the label of a case that a column file tells
 
+# Names that users know of files that stand for theirs in this process, by the path of such a file.
+OWN_NAMES: dict[str, str] = {}
+
 Kind = TypeVar("Kind", bound="Error")
 
 
@@ -118,9 +121,12 @@ def unreadable(path: str | os.PathLike[str]) -> Error:
 
 
 def error_of_core(message: str, file: str, line: str, group: str, variable: str, expected: str, found: str, missing: str) -> Error:
-    """The Error of the message and the fields that the core tells, '' where it has none."""
+    """The Error of the message and the fields that the core tells, '' where it has none; with the users' names of their files."""
+    for stand_in, own in OWN_NAMES.items():
+        if stand_in in message:
+            message = message.replace(stand_in, own)
     error = (MissingFile if missing else Error)(message)
-    error.file, error.line = file or None, int(line) if line else None
+    error.file, error.line = OWN_NAMES.get(file, file) or None, int(line) if line else None
     error.group, error.variable = group or None, variable or None
     error.expected, error.found = (expected, found) if expected else (None, None)
     return error

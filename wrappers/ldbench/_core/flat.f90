@@ -27,6 +27,7 @@ module flat
   use run_setup, only: setup_type
   use station_scan, only: new_scan, scan_type
   use text, only: line_type, read_lines, split_lines
+  use upright_rails, only: upright_warning
   use wheel_rail_pair, only: mirror
   use wheelset, only: contact_state, contacts
   implicit none
@@ -34,7 +35,8 @@ module flat
 
 contains
 
-  !> group, name, kind, default, range, unit, meaning of every namelist variable, one per line, by tabs.
+  !> group, name, kind, default, range, unit, meaning of every namelist variable, one per line, by tabs; then whether headers have
+  !> it always or only where it is not the default.
   subroutine describe_variables(listing, length)
     character(32768), intent(out) :: listing
     integer, intent(out) :: length
@@ -51,7 +53,8 @@ contains
       if (associated(list(k)%x)) kind = 'real'
       if (associated(list(k)%i)) kind = 'integer'
       lines = lines//list(k)%group//tab//list(k)%name//tab//kind//tab//trim(value_text(list(k)))//tab// &
-        trim(range_text(list(k)))//tab//list(k)%unit//tab//list(k)%meaning//new_line('a')
+        trim(range_text(list(k)))//tab//list(k)%unit//tab//list(k)%meaning// &
+        tab//trim(merge('if set', 'always', list(k)%slope))//new_line('a')
     end do
     call give(lines, listing, length)
   end subroutine describe_variables
@@ -557,6 +560,37 @@ contains
       end do
     end associate
   end subroutine rigid_numbers
+
+  !> A warning about a prepared case that its header and summary tell.
+  subroutine tell_setup(handle, words)
+    integer(8), intent(in) :: handle
+    character(*), intent(in) :: words
+    type(prepared_type), pointer :: p
+
+    p => prepared_at(handle)
+    p%setup%remark = words
+  end subroutine tell_setup
+
+  !> Angles by which the left and the right rail of such a case lean to the track's centre beyond their files [rad].
+  subroutine rail_inclinations(handle, angles)
+    integer(8), intent(in) :: handle
+    real(8), intent(out) :: angles(2)
+    type(prepared_type), pointer :: p
+
+    p => prepared_at(handle)
+    angles = p%setup%inclination
+  end subroutine rail_inclinations
+
+  !> What is doubtful about the profiles of such a case in their places, a line each.
+  subroutine placement_warnings(handle, listing, length)
+    integer(8), intent(in) :: handle
+    character(8192), intent(out) :: listing
+    integer, intent(out) :: length
+    type(prepared_type), pointer :: p
+
+    p => prepared_at(handle)
+    call give(upright_warning(p%setup), listing, length)
+  end subroutine placement_warnings
 
   !> Find out before the work, not after it, that a column file cannot be written.
   subroutine check_writable(file, path, message, length)

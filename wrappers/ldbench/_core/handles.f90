@@ -127,18 +127,26 @@ contains
     real(dp), intent(out) :: points(:, :)
 
     associate (wheel => p%setup%wheel(side), rail => p%setup%rail(side), pair => p%setup%side(side)%pair)
-      if (what == 1) points = placed(wheel%points, wheel%curve, pair%wheel)
-      if (what == 2) points = placed(rail%points, rail%curve, pair%rail)
+      if (what == 1) points = placed(wheel%points, wheel%curve, pair%wheel, 0.0_dp)
+      if (what == 2) points = placed(rail%points, rail%curve, pair%rail, p%setup%inclination(side))
     end associate
   end subroutine outline
 
-  !> Points [mm] in metres, moved from the curve as it was read to the curve in its place.
-  pure function placed(points, read, there)
+  !> Points [mm] in metres, turned and moved from the curve as it was read to the curve in its place.
+  pure function placed(points, read, there, angle)
     real(dp), intent(in) :: points(:, :)
     type(curve_type), intent(in) :: read, there
+    real(dp), intent(in) :: angle          !! of the turn [rad]
     real(dp) :: placed(2, size(points, 2))
+    integer :: i
 
-    placed = 1e-3_dp*points + spread(there%a(:, 1, 1) - read%a(:, 1, 1), 2, size(points, 2))
+    if (abs(angle) <= 0) then
+      placed = 1e-3_dp*points + spread(there%a(:, 1, 1) - read%a(:, 1, 1), 2, size(points, 2))
+      return
+    end if
+    do i = 1, size(points, 2)
+      placed(:, i) = there%a(:, 1, 1) + rolled(1e-3_dp*points(:, i) - read%a(:, 1, 1), angle)
+    end do
   end function placed
 
   !> Contact of one rigid wheel that is lowered onto its rail, as `wheel_contacts` of the wrapper describes it.

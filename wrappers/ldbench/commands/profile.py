@@ -11,6 +11,7 @@ examples:
   python -m ldbench profile wheel.whl rail.ban --smoothing 0.02 --set gauge=1.435 -o pair.png
   python -m ldbench profile wheel.whl -o wheel.yz
   python -m ldbench profile left.whl rail.ban --set wheel_profile_right=right.whl
+  python -m ldbench profile wheel.whl rail.ban --rail-inclination 1:40
   python -m ldbench profile wheel.whl rail.ban --radii 0.46,0.459 --en15302 A-918
 """
 from __future__ import annotations
@@ -22,10 +23,10 @@ from .._core.errors import Error, Usage
 from .._core.files import check_ending, check_written
 from ..case import Case
 from ..geometry.en15302 import TABLES
-from ..geometry.pair import Pair, pair
+from ..geometry.pair import Pair, inclination_words, pair
 from ..plots.profile_page import save_page
 from ..profile import Profile
-from .options import add_json, add_output, add_set, print_json, settings
+from .options import add_json, add_output, add_set, parse_setting, print_json, settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,6 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="axes to turn over (default: as the shape says)")
     parser.add_argument("--wheel-back", type=float, metavar="MM", help="y of the wheel's back in its file [mm]")
     parser.add_argument("--slice", type=int, metavar="N", help="which profile of a file that has several, from 1")
+    parser.add_argument("--rail-inclination", metavar="ANGLE", default=None,
+                        help="angle by which the rails lean to the track's centre beyond their file, in rad or as 1:40")
+    parser.add_argument("--scale", type=float, metavar="N", help="N of a model 1:N, from 1 to 10 (default: as the size says)")
     parser.add_argument("--radii", type=two_radii, metavar="LEFT,RIGHT",
                         help="radii of the wheels on the tape circle [m], in place of rolling_radius where they touch")
     parser.add_argument("--en15302", choices=TABLES, metavar="CASE",
@@ -63,19 +67,22 @@ def main(args: argparse.Namespace) -> int:
     check_ending(args.output, "a page .pdf or .png, or a curve .yz", ".pdf", ".png", ".yz")
     check_written([args.output], map(Path, args.files))
     case = Case(settings(args.set))
+    if args.rail_inclination is not None:
+        case = case.replace(rail_inclination=parse_setting(f"rail_inclination={args.rail_inclination}")[1])
     profiles = [Profile(file, unit=args.unit, flip=args.flip, wheel_back=args.wheel_back, smoothing=args.smoothing,
-                        slice=args.slice, gauge_depth=case.gauge_depth) for file in args.files]
+                        slice=args.slice, gauge_depth=case.gauge_depth, scale=args.scale) for file in args.files]
     profiles.sort(key=lambda profile: profile.kind, reverse=True)
     found = None
     if len(profiles) == 2:
         if profiles[0].kind == profiles[1].kind:
             raise Error(expected="a wheel and a rail", found=f"two {profiles[0].kind}s: {', '.join(args.files)}")
         found = pair(case.replace(wheel_profile=profiles[0], rail_profile=profiles[1]), args.radii)
-    elif args.radii or args.en15302:
-        raise Usage(expected=f"a wheel and a rail for {'--radii' if args.radii else '--en15302'}", found="one profile")
+    elif args.radii or args.en15302 or args.rail_inclination is not None:
+        option = "--radii" if args.radii else "--en15302" if args.en15302 else "--rail-inclination"
+        raise Usage(expected=f"a wheel and a rail for {option}", found="one profile")
     right = [Path(file).name for file in (case.wheel_profile_right, case.rail_profile_right) if file]
     note = (f"on the right {', '.join(right)}; " if right else "") + f"gauge {case.gauge:g} m, back-to-back {case.back_to_back:g} m"
-    note = note if found else ""
+    note = "; ".join(filter(None, (note, inclination_words(found.inclination)))) if found else ""
     if args.output.suffix == ".yz":
         if found:
             raise Usage(expected="one profile for a curve .yz", found="two")

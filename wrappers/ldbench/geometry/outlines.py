@@ -11,7 +11,7 @@ from .._core.errors import Error
 from ..case import Case
 from ..profiles.profile import checksum
 from ..results.run_data import RunData
-from ..table import core_files, placed_outlines
+from ..table import Curve, core_files, placed_outlines
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,10 @@ def turned(points: np.ndarray, y: float, z: float, roll: float) -> np.ndarray:
     return points @ np.array([[c, s], [-s, c]]) + [y, z]
 
 
-def case_outlines(case: Case) -> Outlines:
+def case_outlines(case: Case, curve: Curve = "run") -> Outlines:
     """The outlines of a case's profiles; the axle is that of the rigid wheelset on both rails. Error where a run would
     refuse them."""
-    (left, right), axle, roll, clearance = placed_outlines(case)
+    (left, right), axle, roll, clearance = placed_outlines(case, curve)
     return Outlines(Side(*left), Side(*right), axle, roll, clearance)
 
 

@@ -42,8 +42,10 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
         draw_shape(shape, profile, found)
         curves = [(profile.smooth, "through the points", BLACK, 0.9)]
         if profile.smoothing:
-            curves = [(profile.rough, "through the points", GREY, 0.5),
-                      (profile.smooth, f"smoothed by {profile.smoothing:.4f} mm", BLACK, 0.9)]
+            own = f"smoothed by {profile.own_smoothing:.4f} mm" if profile.own_smoothing else "through the points"
+            curves = [(profile.rough, "through the points", GREY, 0.5), (profile.smooth, own, BLACK, 0.9)]
+        if profile.smoothed_further:
+            curves.append((profile.used, f"for a run smoothed by {profile.smoothing:.4f} mm", BLUE, 0.9))
         for stations, label, color, width in curves:
             angle.plot(MM*stations.y, DEG*stations.angle, color=color, linewidth=width, label=label)
             curvature.plot(MM*stations.y, stations.curvature, color=color, linewidth=width, label=label)

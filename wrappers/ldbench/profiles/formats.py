@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -28,6 +29,9 @@ ENDINGS = {".whl": "wheel", ".prw": "wheel", ".slcw": "wheel", ".whe": "wheel", 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, "inches": 25.4}      # [mm]
 SIMPACK = {"shift.y", "shift.z", "mirror.y", "mirror.z", "bound.y.min", "bound.z.min", "bound.y.max", "bound.z.max", "rotate",
            "units.len.f", "type"}
+# Lines that the program writes into its own files.
+HIDDEN, SCALE, REMARK = "# gauge side behind the first point, down to [mm]:", "# scale 1:", "# remark on "
+MOST = 0.9              # share of numbers that tell the step to which all are rounded
 NUMBER = re.compile(r"[+-]?(?:\d+\.?(\d*)|\.(\d+))(?:[eEdD]([+-]?\d+))?", re.ASCII)
 COMMA_NUMBER = re.compile(r"[+-]?\d*(?:,\d+)?(?:[eEdD][+-]?\d+)?", re.ASCII)
 NAMED = re.compile(r"(x|y|z|lateral|vertical|height)(?:[ _-]?(?:mm|cm|m|in|inch))?")
@@ -50,6 +54,9 @@ class Raw:
     back: float | None = None   # y of the wheel's back in the file's coordinates and unit, where the format's convention tells it
     quantum: float = 0.0    # step to which coordinates are rounded in the file, file's unit; 0 unknown
     notes: list[str] = field(default_factory=list)
+    hidden: float = 0.0     # of a rail that the program wrote: depth below the top to which it goes on behind its first point [mm]
+    scale: float = 0.0      # of a file that the program wrote, 5 for 1:5; 0 where the file does not say it
+    remarks: dict[str, str] = field(default_factory=dict)   # of a file that the program wrote, by measure
     taken: str = ""         # the text after '# taken: ' of a file that the program itself wrote
 
 
@@ -82,7 +89,27 @@ def read_file(path: str | os.PathLike[str], slice: int | None = None) -> Raw:
     kind = raw.kind or ENDINGS.get(suffix, "")
     if taken and not kind:          # the program begins its files with the kind
         kind = next((word for word in ("wheel", "rail") if lines[0].startswith(f"# {word} ")), "")
-    return replace(raw, kind=kind, back=None if kind == "rail" else raw.back, taken=taken)
+    raw = replace(raw, kind=kind, back=None if kind == "rail" else raw.back, taken=taken)
+    if not taken:
+        return raw
+    return replace(raw, hidden=_after(lines, HIDDEN, 0.0), scale=_after(lines, SCALE, 1.0), remarks=remarks_of(lines))
+
+
+def _after(lines: list[str], mark: str, default: float) -> float:
+    """The number behind a mark that the program writes."""
+    return next((_value(line[len(mark):].strip()) for line in lines if line.startswith(mark)), default)
+
+
+def remarks_of(lines: Iterable[str]) -> dict[str, str]:
+    """Remarks on measures that the program wrote into a file, by measure."""
+    pairs = (line[len(REMARK):].strip().partition(": ") for line in lines if line.startswith(REMARK))
+    return {name: words for name, _, words in pairs}
+
+
+def told_by(path: str | os.PathLike[str]) -> tuple[float, dict[str, str]]:
+    """The scale of a profile, 5 for 1:5, and the remarks on its measures, as a file of the program tells them."""
+    lines = [line for line in read_text(Path(path)).split("\n") if line.startswith("#")]
+    return _after(lines, SCALE, 1.0), remarks_of(lines)
 
 
 def of_array(points: object) -> Raw:
@@ -125,8 +152,8 @@ def _fields(row: str) -> list[str]:
 
 
 def _quantum(words: list[str]) -> float:
-    """Step to which numbers are rounded: that of the largest where they have exponents, else that of the longest, or the
-    largest step of which all are multiples; 0 where it is beyond double precision."""
+    """Step to which most numbers are rounded: that of the largest where they have exponents, else that of nearly all by their
+    length, or the largest step of which nearly all are multiples; 0 where it is beyond double precision."""
     places, powers = [], []
     for word in words:
         if found := NUMBER.fullmatch(word):
@@ -135,12 +162,16 @@ def _quantum(words: list[str]) -> float:
                 places.append(digits)
             elif _value(word) != 0:
                 powers.append(digits - int(found[3]))
-    decimals = min(powers) if powers else max(places, default=99)
+    decimals = min(powers) if powers else sorted(places)[int(MOST*(len(places) - 1))] if places else 99
     values = np.array([_value(word) for word in words])
     if not 0 <= decimals <= 12 or np.abs(values).max(initial=0)*10.0**decimals > 2**53:
         return 0.0
-    step = int(np.gcd.reduce(np.rint(values*10.0**decimals).astype(np.int64)))
-    return float(f"{step}e-{decimals}")
+    near = np.rint(values*10.0**decimals)
+    whole = near[np.abs(values*10.0**decimals - near) < 1e-3].astype(np.int64)      # without those of more decimals
+    # Few numbers with more digits than the others do not tell the step; halves and quarters of an inch are steps, too.
+    while (multiples := whole % 10 == 0).mean() >= MOST and whole[multiples].any():
+        whole, decimals = whole[multiples]//10, decimals - 1
+    return float(f"{int(np.gcd.reduce(whole))}e{-decimals}")
 
 
 def _take(name: str, rows: list[Row], columns: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, list[str]]:

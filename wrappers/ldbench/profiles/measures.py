@@ -16,6 +16,10 @@ PROFILE_PARTS = "flange back", "flange", "throat", "tread", "chamfer", "gauge si
 STATION_PITCH = 0.1e-3              # distance between stations [m]
 GENTLE, CHAMFER = np.radians([10, 25])      # tangent angles at which the tread begins and ends [rad]
 STEEP = np.radians(60)              # the sides of a rail are steeper than its head [rad]
+SAME_Y = 1e-7                       # by which a station may be farther in than the point between two stations [m]
+TOP, FLAT = 3e-6, 6e-3              # depth below the top of a rail, and width down to which it is flat [m]
+CROWN_OFF, CORNER_OFF = 0.12, 0.05  # shares of a crown's and a corner's angle by which they may miss an arc
+OVER = 10                           # stations over which an angle is a mean
 CROWN = 3.0                         # curvature of a rail's crown [1/m]
 LARGEST_INCLINATION = 0.12          # of a rail [rad]
 
@@ -30,17 +34,22 @@ class Stations:
     curvature: np.ndarray       # d(angle)/ds [1/m]
     part: np.ndarray            # a place in PROFILE_PARTS, from 1
 
+    def scaled(self, factor: float) -> Stations:
+        """The stations of the same shape in another size."""
+        return Stations(factor*self.s, factor*self.y, factor*self.z, self.angle, self.curvature/factor, self.part)
+
 
 def survey(kind: str, length: float, frames: Callable[[np.ndarray], np.ndarray],
-           gauge_depth: float) -> tuple[Stations, dict[str, float]]:
+           gauge_depth: float, hidden: float = 0.0) -> tuple[Stations, dict[str, float]]:
     """Stations of a 'wheel' or a 'rail' and its measures.
 
-    length [m] of the curve; frames(s) gives y, z, angle and curvature, (4, n), at stations s, (n,); gauge_depth [m].
+    length [m] of the curve; frames(s) gives y, z, angle and curvature, (4, n), at stations s, (n,); gauge_depth [m]; hidden,
+    depth to which a rail goes on behind its first point [m].
     """
     n = int(np.ceil(length/STATION_PITCH))
     s = np.arange(n)*length/(n - 1)
     y, z, angle, curvature = frames(s)
-    part, measures = survey_wheel(y, z, angle) if kind == "wheel" else survey_rail(s, y, z, angle, gauge_depth)
+    part, measures = survey_wheel(y, z, angle) if kind == "wheel" else survey_rail(s, y, z, angle, gauge_depth, hidden)
     return Stations(s, y, z, angle, curvature, part), measures
 
 
@@ -88,12 +97,13 @@ def survey_wheel(y: np.ndarray, z: np.ndarray, angle: np.ndarray) -> tuple[np.nd
 
 
 def survey_rail(s: np.ndarray, y: np.ndarray, z: np.ndarray, angle: np.ndarray,
-                gauge_depth: float) -> tuple[np.ndarray, dict[str, float]]:
+                gauge_depth: float, hidden: float = 0.0) -> tuple[np.ndarray, dict[str, float]]:
     """Parts of a rail and its measures.
 
-    Mean radii of three arcs that a head has (EN 13674-1): of the crown, within 1.5 degrees about the inclination; of the
-    shoulder, 5 to 12 degrees from it; of the gauge corner, 35 to 70 degrees from it. gauge_point_y, top_y: y of the
-    gauge point, gauge_depth [m] below the top, and of the top. inclination: that at which the head is symmetric.
+    Radii of three arcs that a head has (EN 13674-1): of the crown, within 1.5 degrees about the inclination; of the
+    shoulder, 5 to 12 degrees from it; of the gauge corner, 35 to 70 degrees from it. NaN of crown or corner where there is no
+    single arc, and both radii of a corner that has two. gauge_point_y, top_y: y of the gauge point, the innermost one down to
+    gauge_depth [m] below the top (EN 13848-1), and of the top. inclination: that at which the head is symmetric.
     """
     top = int(np.argmax(z))
     part = np.full(len(z), 7)
@@ -102,10 +112,41 @@ def survey_rail(s: np.ndarray, y: np.ndarray, z: np.ndarray, angle: np.ndarray,
 
     lean = inclination(y, z, top)
     upright = lean if np.isfinite(lean) else 0.0
-    crown, shoulder, corner = (arc_radius(s, angle, *(upright + np.radians(ends))) for ends in ((1.5, -1.5), (12, 5), (70, 35)))
-    return part, {"crown_radius": crown, "shoulder_radius": shoulder, "corner_radius": corner,
-                  "gauge_point_y": crossing(y[:top + 1], z[:top + 1], z[top] - gauge_depth), "top_y": float(y[top]),
-                  "inclination": lean}
+    crown, shoulder, corner = (arc_radii(s, angle, upright + np.radians(steeper), upright + np.radians(flatter), off)
+                               for steeper, flatter, off in ((1.5, -1.5, CROWN_OFF), (12, 5, np.inf), (70, 35, CORNER_OFF)))
+    low, high = flat_top(y, z, top)
+    found = {"crown_radius": crown[0] if len(crown) == 1 else np.nan, "shoulder_radius": shoulder[0] if shoulder else np.nan,
+             "corner_radius": corner[0] if corner else np.nan,
+             "gauge_point_y": gauge_point(y[:top + 1], z[:top + 1], z[top] - gauge_depth, z[top] - hidden),
+             "top_y": float(y[top]) if high - low < FLAT else (low + high)/2, "inclination": lean}
+    if len(corner) > 1:         # the second one where there are two, behind the first
+        found = {key: value for name in found for key, value in (
+            (name, found[name]), ("lower_corner_radius", corner[0]))[:1 + (name == "corner_radius")]}
+        found["corner_radius"] = corner[1]
+    return part, found
+
+
+def rail_remarks(stations: Stations, measures: dict[str, float]) -> dict[str, str]:
+    """Why a rail has no radius, more than one, or no one highest point, by measure."""
+    top = int(np.argmax(stations.z))
+    low, high = flat_top(stations.y, stations.z, top)
+    found = {}
+    if high - low >= FLAT:
+        found["top_y"] = f"flat within {1e6*TOP:.0f} µm from y = {1e3*low:.1f} to {1e3*high:.1f} mm"
+    lean = measures["inclination"] if np.isfinite(measures["inclination"]) else 0.0
+    for name, steeper, flatter in ("crown_radius", 1.5, -1.5), ("corner_radius", 70, 35):
+        start, end = stretch(stations.angle, lean + np.radians(steeper), lean + np.radians(flatter))
+        if np.isnan(measures[name]) and end > start >= 0:
+            found[name] = f"no single arc from {steeper:g}° to {flatter:g}°"
+    if "lower_corner_radius" in measures:
+        found |= dict.fromkeys(("corner_radius", "lower_corner_radius"), "one of two arcs from 70° to 35°")
+    return found
+
+
+def flat_top(y: np.ndarray, z: np.ndarray, top: int) -> tuple[float, float]:
+    """Ends of a rail's stretch about its top that is less than TOP below it [m]."""
+    below = z < z[top] - TOP
+    return float(y[last(below[:top]) + 1]), float(y[first(below, top, len(z)) - 1])
 
 
 def first(found: np.ndarray, start: int, default: int) -> int:
@@ -127,6 +168,15 @@ def crossing(y: np.ndarray, z: np.ndarray, level: float) -> float:
         return np.nan
     rise = z[i + 1] - z[i]
     return float(y[i] + ((level - z[i])/rise if rise > 0 else 0.0)*(y[i + 1] - y[i]))
+
+
+def gauge_point(y: np.ndarray, z: np.ndarray, level: float, hidden: float) -> float:
+    """y of the innermost point of a rail's gauge side above a level; NaN where the side does not reach it, neither by its curve nor
+    by points behind the first one, down to `hidden` [m]."""
+    at_level, innermost = crossing(y, z, level), float(np.min(y, where=z >= level, initial=np.inf))
+    if np.isnan(at_level) and not (z[0] >= level >= hidden):
+        return np.nan
+    return at_level if innermost > at_level - SAME_Y else innermost
 
 
 def slope(y: np.ndarray, z: np.ndarray) -> float:
@@ -158,9 +208,35 @@ def inclination(y: np.ndarray, z: np.ndarray, top: int) -> float:
     return lean
 
 
-def arc_radius(s: np.ndarray, angle: np.ndarray, steeper: float, flatter: float) -> float:
-    """Mean radius of a rail's arc between two tangent angles [rad] on the gauge side [m]; NaN where it has none."""
-    start, end = last(angle > steeper), first(angle < flatter, 0, -1)
+def stretch(angle: np.ndarray, steeper: float, flatter: float) -> tuple[int, int]:
+    """First and last station of a rail between two tangent angles [rad] on the gauge side; -1 where it lacks one."""
+    return last(angle > steeper), first(angle < flatter, 0, -1)
+
+
+def arc_radii(s: np.ndarray, angle: np.ndarray, steeper: float, flatter: float, off: float) -> list[float]:
+    """Radii [m] of the one or two arcs of a rail between two tangent angles [rad] on the gauge side, in the order of the walk.
+
+    On an arc the angle falls in proportion to the way. `off` is the share of all of the angle by which one straight line may
+    miss it, and two by half as much; none are given where they miss it by more.
+    """
+    start, end = stretch(angle, steeper, flatter)
     if start < 0 or end <= start:
-        return np.nan
-    return float((s[end] - s[start])/(angle[start] - angle[end]))
+        return []
+    mean = float((s[end] - s[start])/(angle[start] - angle[end]))
+    near = min(OVER, max(1, (end - start)//20))
+    x, turn = (np.convolve(values[start:end + 1], np.full(near, 1/near), "valid") for values in (s, angle))
+    if len(x) < 6 or missed(np.column_stack([np.ones_like(x), x]), turn)[0] <= off*abs(turn[0] - turn[-1]):
+        return [mean]
+    best, slopes = np.inf, np.zeros(3)
+    for k in range(len(x)//10, len(x) - len(x)//10, max(1, len(x)//60)):
+        miss, found = missed(np.column_stack([np.ones_like(x), x, np.maximum(x - x[k], 0)]), turn)
+        if miss < best:
+            best, slopes = miss, found
+    one, two = -slopes[1], -slopes[1] - slopes[2]
+    return [float(1/one), float(1/two)] if best <= off/2*abs(turn[0] - turn[-1]) and min(one, two) > 0 else []
+
+
+def missed(columns: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray]:
+    """The most by which least squares over columns miss values, and their factors."""
+    factors = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return float(np.abs(columns @ factors - values).max()), factors

@@ -5,7 +5,7 @@ or by a y = 0 that can only be the tape circle or the back; nothing else is gues
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,12 +19,22 @@ BACK_FACE = np.sin(np.radians(80))      # and of a wheel's back
 LEAST_BACK = 3.0                        # height of a back that shows [mm]
 CHORD = 3.0                             # length over which directions are taken: larger than any noise [mm]
 FACE_NOISE = 0.15                       # by which a face may miss the origin that it confirms [mm]
+LEAST_TOLD = 0.02                       # by which a face of the back may miss the back without a remark [mm]
 NEAR = 3.0                              # from the end of the flange, y = 0 is the back [mm]
 BACK_END = np.radians(55)               # steepness of the flange where it comes to the back
 RIM = 10.0                              # the rim's face goes at most so far out [mm]
 WIDTHS = {"wheel": (80.0, 200.0), "rail": (50.0, 110.0)}    # of a wheel, and of a rail's head [mm]
 FLANGE = 15.0, 45.0                     # height [mm]
 LEAST_FLANGE = 12.0                     # by which a wheel is told from a rail [mm]
+SMALLEST = 10.0                         # of models: 1:10
+SCALES = 3.0, 4.0, 5.0, 8.0, 10.0       # of models that the size tells: larger ones could be parts of a profile
+USUAL = {"wheel": (135.0, 28.0), "rail": (72.0, 0.0)}   # width, and height of a flange, at full size [mm]
+MODEL_OFF = 0.3                         # of the logarithm of a size of a model from the usual one
+DEEPEST_GAUGE = 20.0                    # below the top of a rail, of all that are in use [mm]
+GAP = 12.0                              # between points, over which the side of a rail is not known [mm]
+SAME_SIDE = 0.02                        # by which points of a side may stand before its innermost one [mm]
+DEEPEST = 60.0                          # below its top, a rail has no running surface [mm]
+CLOSED = 0.15                           # distance of the ends of a whole section, over its outline, at most
 LEAST_HEAD = 5.0                        # height of a rail's head above its sides [mm]
 GAUGE_DEPTH = 14.0                      # below the top of a rail, at which its gauge and its head's width are measured [mm]
 TIP = 3.0, 40.0                         # of a flange, from the back [mm]
@@ -39,6 +49,9 @@ class Placed:
     unit: float             # millimetres per unit of the file
     origin: str             # how the origin was taken, in words
     notes: list[str]        # what was turned over, converted, left out
+    scale: float = 1.0      # 5 of a profile 1:5: `points` and `unit` are those of its full size
+    hidden: float = 0.0     # depth below the top of a rail to which it goes on behind its first point, in points left out [mm]
+    remarks: dict[str, str] = field(default_factory=dict)      # on measures, by name: what was done that changes them
 
 
 @dataclass
@@ -67,12 +80,13 @@ class _Shape:
         return None
 
 
-def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = "auto", wheel_back: float | None = None) -> Placed:
+def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = "auto", wheel_back: float | None = None,
+          scale: float | None = None) -> Placed:
     """Bring points into millimetres, axes into direction, and y of a wheel to its back.
 
     `kind` is 'wheel', 'rail' or '' for what the file or the shape says; `unit` 'auto', 'mm', 'cm', 'm' or 'in'; `flip` 'auto',
-    'none', 'y', 'z' or 'yz', the axes to turn over; `wheel_back` the y of the wheel's back in the file [mm]. Raises Error,
-    beginning with `where`, for what is no profile or may be several.
+    'none', 'y', 'z' or 'yz', the axes to turn over; `wheel_back` the y of the wheel's back in the file [mm]; `scale` 5 for a
+    model 1:5, None for the one that the size says. Raises Error, beginning with `where`, for what is no profile or may be several.
     """
     if kind and raw.kind not in ("", kind):
         raise Error(file=where, expected=f"a {kind}", found=f"a file that says it is a {raw.kind}",
@@ -86,7 +100,17 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
         raise Error(file=where, expected=f"at least {LEAST_POINTS} points", found=len(points),
                     advice="give more points")
     kind = kind or raw.kind
-    factor, shape = _unit(raw, points, where, kind, unit, notes)
+    if scale is not None and not 1 <= scale <= SMALLEST:
+        raise Error(file=where, expected=f"a scale from 1 to {SMALLEST:g}, 5 for a model 1:5", found=f"{scale:g}")
+    remarks: dict[str, str] = {}
+    hidden = 0.0
+    factor, scale, shape = _unit(raw, points, where, kind, unit, scale, notes)
+    if scale > 1:
+        remarks |= {"Sh": f"tape circle {MM*TAPE_CIRCLE/scale:.4g} mm from the back by the scale 1:{scale:g}",
+                    "Sd": f"{10/scale:.4g} mm below the tape circle's level, scale 1:{scale:g}",
+                    "qR": f"up to {2/scale:.4g} mm from the tip, scale 1:{scale:g}"} if shape.kind == "wheel" else {}
+    if wheel_back is not None:
+        wheel_back *= scale
     turned = shape.turned if flip == "auto" else ("y" in flip, "z" in flip)
     if raw.format == "VAMPIRE" and flip == "auto":
         turned = False, turned[1]       # the format says to which side y grows
@@ -100,9 +124,14 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
     on = np.flatnonzero(on_curve(points)[0])
     if shape.kind == "rail":
         first, last = _head(points[on])
+        hidden = _hidden(points[on], first)
+        depth = points[on][:, 1].max() - points[on][:, 1].min()
         origin = "as the file has it"
     else:
-        back, origin = _wheel_origin(raw, points[on], where, wheel_back, sign, factor)
+        back, origin, remark = _wheel_origin(raw, points[on], where, wheel_back, sign, factor, scale)
+        if remark:
+            remarks["clearance"] = remark
+            remarks["Sd"] = "; ".join(filter(None, (remarks.get("Sd", ""), remark)))
         points = points - [back, 0.0]
         height, first, last = _running_surface(points[on])
         if not FLANGE[0] <= height <= FLANGE[1]:
@@ -116,15 +145,25 @@ def place(raw: Raw, where: str, kind: str = "", unit: str = "auto", flip: str = 
     # Where nothing is cut, points off the curve stay at the end, to be mended.
     first, last = on[first] if first else 0, on[last] if last < len(on) - 1 else len(points) - 1
     if last - first + 1 >= LEAST_POINTS and last - first + 1 < len(points):
-        notes.append("faces beyond the running surface left out")
+        if shape.kind == "rail" and depth > DEEPEST:
+            count = len(points) - (last - first + 1)
+            notes.append(f"a section of {depth/scale:.4g} mm, cut below its head: {count} points left out")
+        else:
+            notes.append("faces beyond the running surface left out")
         points, lines = points[first:last + 1], lines[first:last + 1]
-    return Placed(points, lines, shape.kind, factor, origin, notes)
+        if hidden > 0:      # the depth is that of the lip
+            depth = points[:, 1].max() - points[0, 1]
+            words = f"the side goes back below a lip {depth/scale:.2f} mm down and stays behind it to {hidden/scale:.2f} mm"
+            remarks["gauge_point_y"] = remarks["clearance"] = words
+    return Placed(points, lines, shape.kind, factor, origin, notes, scale, hidden, remarks)
 
 
 def _without_strays(raw: Raw, notes: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """Drop first and last points that are farther from the others than a good part of the profile is wide, and off its
     direction."""
     points, lines = raw.points, raw.lines
+    if _closed(points):
+        return points, lines
     for end in 0, -1:
         if len(points) <= LEAST_POINTS:
             break
@@ -138,19 +177,45 @@ def _without_strays(raw: Raw, notes: list[str]) -> tuple[np.ndarray, np.ndarray]
     return points, lines
 
 
-def _unit(raw: Raw, points: np.ndarray, where: str, kind: str, unit: str, notes: list[str]) -> tuple[float, _Shape]:
-    """Millimetres per unit, and the shape in millimetres. The unit is what the caller says, else what the file says, else the
-    first of mm, m, inches and cm in which the shape is plausible."""
+def _unit(raw: Raw, points: np.ndarray, where: str, kind: str, unit: str, scale: float | None,
+          notes: list[str]) -> tuple[float, float, _Shape]:
+    """Millimetres of full size per unit, the scale, and the shape at full size.
+
+    The unit is what the caller says, else what the file says, else the first of mm, m, inches and cm in which the shape is
+    plausible at full size. A shape that is plausible in none of them is a model where a scale of SCALES makes it a
+    usual one.
+    """
     given = UNITS[unit] if unit != "auto" else raw.unit
-    for factor, words in ((given, ""),) if given else ((1.0, ""), (1e3, "in m"), (25.4, "in inches"), (10.0, "in cm")):
-        shape = _recognise(factor*points[on_curve(factor*points)[0]], kind)
+    units = ((given, ""),) if given else ((1.0, ""), (1e3, "in m"), (25.4, "in inches"), (10.0, "in cm"))
+    for factor, words in units:
+        shape = _recognise((scale or 1.0)*factor*points[on_curve(factor*points)[0]], kind)
         if not (fault := shape.fault(kind)):
             notes += [words] if words else []
-            return factor, shape
+            if scale and scale != 1:
+                notes.append(f"scale 1:{scale:g}")
+            return (scale or 1.0)*factor, scale or 1.0, shape
         if factor == (given or 1.0):
             expected, found = fault
+    for factor, words in () if scale else units:
+        if model := _model(factor*points, kind):
+            notes += [*([words] if words else []), f"scale 1:{model[0]:g}, by the size"]
+            return model[0]*factor, *model
     raise Error(file=where, expected=expected, found=found,
-                advice="look at the unit (unit=), the columns, and for points off the profile")
+                advice="look at the unit (unit=), the scale of a model (scale=), the columns, and for points off the profile")
+
+
+def _model(points: np.ndarray, kind: str) -> tuple[float, _Shape] | None:
+    """The scale of a model whose points are in mm, and its shape at full size; None where the points are no model."""
+    found = []
+    for scale in SCALES:
+        shape = _recognise(scale*points[on_curve(scale*points)[0]], kind)
+        if shape.fault(kind):
+            continue
+        width, height = USUAL[shape.kind]
+        off = [abs(np.log(shape.width/width)), abs(np.log(shape.height/height)) if height else 0.0]
+        if max(off) < MODEL_OFF:
+            found.append((sum(off), scale, shape))
+    return min(found, key=lambda one: one[0])[1:] if found else None
 
 
 def _recognise(points: np.ndarray, kind: str) -> _Shape:
@@ -226,8 +291,12 @@ def _directions(points: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarr
 
 
 def _closed(points: np.ndarray) -> bool:
-    """Whether points go round a whole rail."""
-    return bool(np.hypot(*(points[-1] - points[0])) < 3)
+    """Whether points go round a whole rail: their ends are near to each other for so long a way, also where a part of the way
+    along web or foot is missing."""
+    # Where points are dense, some of them tell the way without its noise; corners of a section may be all that it has.
+    steps = np.hypot(*np.diff(points[::max(1, len(points)//400)], axis=0).T)
+    longest = float(steps[1:-1].max(initial=0.0))
+    return bool(np.hypot(*(points[-1] - points[0])) < max(CLOSED*steps.sum(), 1.2*longest))
 
 
 def _in_order(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -243,46 +312,58 @@ def _in_order(points: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _wheel_origin(raw: Raw, points: np.ndarray, where: str, wheel_back: float | None, sign: int,
-                  factor: float) -> tuple[float, str]:
-    """y of the wheel's back among turned points [mm], and how it is told."""
+                  factor: float, scale: float) -> tuple[float, str, str]:
+    """y of the wheel's back among turned points [mm], how it is told, and a remark where a face of the back is elsewhere."""
     tip = int(points[:, 1].argmin())
     end, face = float(points[:tip + 1, 0].min()), _back_face(points, tip)
-    advice = f"give wheel_back=, the y of the wheel's back in the file in mm (the flange ends at {sign*end:.4g} mm)"
+    turned, remark = sign/scale, ""         # from full size to the file
+    advice = f"give wheel_back=, the y of the wheel's back in the file in mm (the flange ends at {turned*end:.4g} mm)"
     if wheel_back is not None:
-        back, words = sign*wheel_back, f"back of the wheel at y = {wheel_back:g} mm of the file (wheel_back)"
-        advice = f"correct wheel_back (the flange ends at {sign*end:.4g} mm of the file)"
+        back, words = sign*wheel_back, f"back of the wheel at y = {wheel_back/scale:g} mm of the file (wheel_back)"
+        advice = f"correct wheel_back (the flange ends at {turned*end:.4g} mm of the file)"
     elif raw.back is not None:
         back = sign*factor*raw.back
+        words = f"tape circle at y = 0, {MM*TAPE_CIRCLE/scale:g} mm from the back ({raw.format})"
+        tape = abs(abs(back)/scale - MM*TAPE_CIRCLE) < 1e-6
+        if tape:
+            back /= scale
         # Left and right sides have the back at opposite signs of y.
         back = -back if back > points[tip, 0] else back
-        words = f"back of the wheel at y = {sign*back:.6g} mm of the file ({raw.format})"
-        if abs(abs(back) - MM*TAPE_CIRCLE) < 1e-6:
-            words = f"tape circle at y = 0, 70 mm from the back ({raw.format})"
+        if not tape:
+            words = f"back of the wheel at y = {turned*back:.6g} mm of the file ({raw.format})"
         if face is not None and abs(face - back) > NEAR:
-            raise Error(file=where, expected=f"the {words}", found=f"a face of the back at {sign*face:.4g} mm",
+            raise Error(file=where, expected=f"the {words}", found=f"a face of the back at {turned*face:.4g} mm",
                         advice=advice)
     else:
-        back, words = _told_origin(points, tip, end, face, sign)
+        back, words = _told_origin(points, tip, end, face, turned, raw.format == "MiniProf")
         if not words:
             raise Error(file=where, expected=f"y = 0 on the tread, at the tape circle, or within {NEAR:g} mm of the wheel's back",
-                        found=f"the tip of the flange at {sign*points[tip, 0]:.4g} mm and no face of the back",
+                        found=f"the tip of the flange at {turned*points[tip, 0]:.4g} mm and no face of the back",
                         advice=advice)
     if not (TIP[0] <= points[tip, 0] - back <= TIP[1] and back < end + NEAR):
         raise Error(file=where,
                     expected=f"the tip of the flange {TIP[0]:g} to {TIP[1]:g} mm from the back and no points beyond it",
                     found=f"{points[tip, 0] - back:.4g} mm and points from {end - back:.4g} mm on, with the {words}",
                     advice=advice)
-    return back, words
+    if face is not None and wheel_back is None and abs(face - back) > LEAST_TOLD:
+        remark = f"from the {words.split(' (')[0]}; a face of the back stands at y = {turned*face:.2f} mm, not used"
+    elif "of the file" in words and raw.back is None and wheel_back is None:
+        remark = f"from the most negative point of the back's face, y = {turned*back:.2f} mm of the file"
+    return back, words, remark
 
 
-def _told_origin(points: np.ndarray, tip: int, end: float, face: float | None, sign: int) -> tuple[float, str]:
-    """The back as the shape tells it, by its face or by where y = 0 lies; no words where it does not tell it."""
-    back, tape = "back of the wheel at y = 0", "tape circle at y = 0, 70 mm from the back"
+def _told_origin(points: np.ndarray, tip: int, end: float, face: float | None, turned: float,
+                 convention: bool) -> tuple[float, str]:
+    """The back as the shape tells it, by its face or by where y = 0 lies; no words where it does not tell it. Where a format has
+    the `convention` that y = 0 is the back, a face near to it does not count."""
+    back, tape = "back of the wheel at y = 0", f"tape circle at y = 0, {abs(turned)*MM*TAPE_CIRCLE:g} mm from the back"
     if face is not None:
+        if convention and abs(face) <= NEAR:
+            return 0.0, back
         near = min((0.0, -MM*TAPE_CIRCLE), key=lambda y: abs(y - face))
         if abs(face - near) <= FACE_NOISE:
             return near, tape if near else back
-        return face, f"back of the wheel at y = {round(sign*face, 3):g} mm of the file"
+        return face, f"back of the wheel at y = {round(turned*face, 3):g} mm of the file"
     if abs(end) <= NEAR and -_directions(points[:tip + 1], CHORD/2)[1][0] > BACK_END:
         return 0.0, back
     _, angle = _directions(points[tip:], CHORD)
@@ -334,9 +415,20 @@ def _head(points: np.ndarray) -> tuple[int, int]:
     ends = []
     for side, way in (-1, np.arange(top, -1, -1)), (1, np.arange(top, len(z))):
         inside = side*y[way] - np.maximum.accumulate(side*y[way])
-        below = ((inside < -0.5) & (z[way] < z[top] - 10)) | (z[way] < z[top] - 60)
+        below = ((inside < -0.5) & (z[way] < z[top] - 10)) | (z[way] < z[top] - DEEPEST)
         if not below.any():
             ends.append(int(way[-1]))
         else:       # the last point within 0.02 mm of the outermost so far
-            ends.append(int(way[np.flatnonzero(inside[:below.argmax() + 1] > -0.02)[-1]]))
+            ends.append(int(way[np.flatnonzero(inside[:below.argmax() + 1] > -SAME_SIDE)[-1]]))
     return ends[0], ends[1]
+
+
+def _hidden(points: np.ndarray, first: int) -> float:
+    """Depth below the top to which the gauge side of a rail goes on behind its first point [mm]: down to where the points that
+    are left out come before it again, are missing, or end. 0 where the side ends deeper than any gauge is measured."""
+    y, z = points[:first + 1].T[:, ::-1]
+    top = points[:, 1].max()
+    if not first or top - z[0] > DEEPEST_GAUGE:
+        return 0.0
+    ends = np.flatnonzero((y[1:] < y[0] - SAME_SIDE) | (np.hypot(np.diff(y), np.diff(z)) > GAP))
+    return float(top - z[:ends[0] + 1 if len(ends) else len(z)].min())
