@@ -101,7 +101,7 @@ contains
     end do
     call step_foot(rail%n, rail%s, rail%a, n, p, interval, foot, depth, normal, rate, step)
     do i = 1, n
-      do iter = 1, 200
+      do iter = 1, 40
         if (abs(step(i)) < tolerance) exit
         call find_interval(rail%s, foot(i), interval(i))
         call step_foot(rail%n, rail%s, rail%a, 1, p(:, i), interval(i), foot(i), depth(i), normal(:, i), &
