@@ -53,9 +53,11 @@ endif
 PYTHON  = .venv/bin/python
 
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
-FOLDERS = support profile contact table dynamics rigid program
+FOLDERS = support profile contact table dynamics rigid program library
 SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
+# The library for other languages; the executable does without it.
+LIBRARY = $(basename $(notdir $(wildcard fortran/library/*.f90)))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
@@ -77,7 +79,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench docs wheel install reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib install-lib report validate bench docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -98,8 +100,29 @@ $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/
 	$(FC:gfortran=windres) $< $@
 endif
 
-$(EXE): $(BUILD)/ldbench.o $(OBJECTS) $(OWN)
+$(EXE): $(BUILD)/ldbench.o $(filter-out $(LIBRARY:%=$(BUILD)/%.o),$(OBJECTS)) $(OWN)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
+
+# The core for programs in C and for all that can call C. LAPACK=own makes a library that needs no LAPACK.
+LIB     = $(BUILD)/lib
+DYNAMIC = $(LIB)/libldbench.$(if $(findstring mingw,$(FC)),dll,so)
+lib:
+	$(call built,$(DYNAMIC) $(LIB)/libldbench.a $(LIB)/ldbench.pc)
+	cp fortran/library/ldbench.h $(LIB)/
+
+$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=fortran/library/exports.map -o $@.part $^ $(LIBS) && mv $@.part $@
+
+$(LIB)/libldbench.a: $(BUILD)/core.o $(OWN) | $(LIB)
+	rm -f $@ && $(AR) rcs $@ $^
+
+$(LIB)/ldbench.pc: Makefile | $(LIB)
+	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
+	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I$${prefix}/include' \
+	  'Libs: -L$${prefix}/lib -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' > $@
+
+$(LIB):
+	mkdir -p $@
 
 $(BUILD)/%.o: %.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
