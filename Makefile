@@ -79,7 +79,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib install-lib report validate bench docs wheel install reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib fmu report validate bench docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -120,6 +120,21 @@ $(LIB)/ldbench.pc: Makefile | $(LIB)
 	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
 	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I$${prefix}/include' \
 	  'Libs: -L$${prefix}/lib -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' > $@
+
+# The binary of FMUs, with the libraries that it needs beside it, for `ldbench fmu`; it has our own LAPACK.
+FMU     = wrappers/ldbench/_core/fmu/$(if $(findstring mingw,$(FC)),win64/wheelset.dll,linux64/wheelset.so)
+BESIDE  = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
+fmu:
+	$(call built,$(FMU) LAPACK=own)
+
+$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(OWN)
+	mkdir -p $(@D)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -Wl,-rpath,'$$ORIGIN' -o $@.part \
+	  $(filter %.o,$^) $(LIBS) && mv $@.part $@
+	$(if $(filter %.so,$@),for name in $(BESIDE); do cp $$($(FC) -print-file-name=$$name) $(@D)/; done)
+
+$(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
+	$(FC:gfortran=gcc) -std=c11 -O2 -Wall -Wextra -fPIC -fvisibility=hidden -c -o $@ $<
 
 $(LIB):
 	mkdir -p $@

@@ -219,36 +219,71 @@ contains
     status = told(error, message, size)
   end function ldbench_set
 
+  integer(c_int) function ldbench_get(handle, name, value, message, size) bind(c) result(status)
+    integer(c_int64_t), value :: handle
+    type(c_ptr), value :: name, value, message
+    integer(c_int), value :: size
+    type(prepared_type), pointer :: p
+    type(case_type), allocatable, target :: c
+    type(variable_type) :: variable
+    real(c_double), pointer :: found
+    type(error_type), allocatable :: error
+    character(:), allocatable :: word
+
+    call clear(message, size)
+    call look_up(handle, p, error)
+    if (.not. allocated(error)) call text_at(name, 'name', word, error)
+    call need(value, 'value', error)
+    if (.not. allocated(error)) then
+      allocate (c, source=p%c)
+      call find_number(c, word, variable, error)
+    end if
+    if (.not. allocated(error)) then
+      call c_f_pointer(value, found)
+      found = variable%x
+    end if
+    status = told(error, message, size)
+  end function ldbench_get
+
   !> Change a number of a case on which its table does not depend.
   subroutine set_number(p, name, value, error)
     type(prepared_type), intent(inout) :: p
     character(*), intent(in) :: name
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
-    character(*), parameter :: groups = ' wheelset initial load '
-    character(*), parameter :: fixed = ' rolling_radius back_to_back '
     type(case_type), allocatable, target :: c
-    type(variable_type), allocatable :: list(:)
-    integer :: k, at
+    type(variable_type) :: variable
 
     allocate (c, source=p%c)
-    call list_variables(c, list)
-    at = 0
-    do k = 1, size(list)
-      if (lower(list(k)%name) /= lower(name) .or. .not. associated(list(k)%x)) cycle
-      if (index(groups, ' '//list(k)%group//' ') > 0 .and. index(fixed, ' '//list(k)%name//' ') == 0) at = k
-    end do
-    if (at == 0) then
-      call fatal_error(error, 'name: expected a number of &wheelset, &initial or &load on which the contact table does not '// &
-        'depend, found '//name)
-      return
-    end if
-    list(at)%x = value
+    call find_number(c, name, variable, error)
+    if (allocated(error)) return
+    variable%x = value
     call check_case(trim(c%name), c, error)
     if (allocated(error)) return
     call set_wheelset(c, p%setup, error)
     if (.not. allocated(error)) p%c = c
   end subroutine set_number
+
+  !> The variable of a number on which the contact table does not depend.
+  subroutine find_number(c, name, variable, error)
+    type(case_type), target, intent(inout) :: c
+    character(*), intent(in) :: name
+    type(variable_type), intent(out) :: variable     !! points into c
+    type(error_type), allocatable, intent(out) :: error
+    character(*), parameter :: groups = ' wheelset initial loading ', fixed = ' rolling_radius back_to_back '
+    type(variable_type), allocatable :: list(:)
+    integer :: k
+
+    call list_variables(c, list)
+    do k = 1, ubound(list, 1)
+      if (lower(list(k)%name) /= lower(name) .or. .not. associated(list(k)%x)) cycle
+      if (index(groups, ' '//list(k)%group//' ') == 0 .or. index(fixed, ' '//list(k)%name//' ') > 0) cycle
+      variable = list(k)
+      return
+    end do
+    call fatal_error(error, 'name: expected a number of &wheelset, &initial or &loading on which the contact table does not '// &
+      'depend, found '//name)
+  end subroutine find_number
 
   integer(c_int) function ldbench_contact(handle, pose, energy, force, points, stiffness, message, size) bind(c) result(status)
     integer(c_int64_t), value :: handle

@@ -60,7 +60,8 @@ int ldbench_facts(int64_t handle, ldbench_facts_t *facts, char *message, int siz
 /* What is doubtful about the case, a line each. */
 int ldbench_warnings(int64_t handle, char *text, int size);
 
-/* Change a number of &wheelset, &initial or &load by its name in the namelist, such as vY or mass. */
+/* A number of &wheelset, &initial or &loading by its name in the namelist, such as vY or mass, unless contact tables depend on it. */
+int ldbench_get(int64_t handle, const char *name, double *value, char *message, int size);
 int ldbench_set(int64_t handle, const char *name, double value, char *message, int size);
 
 /* Contact in a pose: elastic energy of all contacts [J]; F_y, F_z [N] and moment about the centre of the axle [N m]; each contact
