@@ -111,7 +111,7 @@ lib:
 	cp fortran/library/ldbench.h $(LIB)/
 
 $(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=fortran/library/exports.map -o $@.part $^ $(LIBS) && mv $@.part $@
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=fortran/library/exports.map -o $@.part $(filter %.o,$^) $(LIBS) && mv $@.part $@
 
 $(LIB)/libldbench.a: $(BUILD)/core.o $(OWN) | $(LIB)
 	rm -f $@ && $(AR) rcs $@ $^
