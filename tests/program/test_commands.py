@@ -81,6 +81,7 @@ def make_place() -> None:
     for name, step in ("a", 1e-5), ("b", 2e-5), ("c", 5e-5):
         case = small_case(2, "aw")
         ldbench.run(case.replace(dt=step, interval=1e-4)).write(f"{name}.txt")
+    ldbench.ensemble(small_case(3, "sw"), {"mass": [1500.0]}, store="sweep.zarr")
     ContactTable(small_case(1, "aw")).write_geometry("outputs/geometry_aw.txt")
     wheel, rail = shapes.with_faces(shapes.shape("awprof")), shapes.shape("arprof")
     for name in "wheel.whl", "left.whl":

@@ -443,3 +443,16 @@ def test_variables_command(capsys):
     assert all(v.range in every and v.meaning in every for v in variables())
     assert [line for line in chosen.splitlines() if line.startswith("&")] == ["&wheelset", "&initial"]
     assert group.startswith("&integrator\n") and group in every and len(re.findall("^&", group, re.M)) == 1
+
+
+@pytest.mark.parametrize(("number", "profiles"), [(6, "aw"), (0, "sw"), (2, "xw"), ("2", "aw")])
+def test_an_exercise_that_is_none_is_told_with_those_that_are(number, profiles):
+    with pytest.raises(ValueError, match=r"expected exercise 1 to 5 with the profiles 'aw' or 'sw', found "):
+        ldbench.Case.exercise(number, profiles)
+
+
+def test_impacts_of_one_contact_by_its_name():
+    run = ldbench.read_run(REPO/"outputs/reference/ex2_aw.txt")
+    assert run.impacts("LF") == run.impacts(["LF"]) != []
+    with pytest.raises(ldbench.Error, match="expected a contact LT, LF, RT, RF"):
+        run.impacts("L")

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from pypdf import PdfReader
 
+import ldbench
 from invented import invented_run
 from ldbench import Case, Event
 from ldbench.__main__ import main
@@ -17,6 +18,7 @@ from ldbench.report.compare import quantity_page
 from ldbench.report.study import SHORT_RAMP, study_jobs
 from ldbench.results.header import Comments
 from ldbench.results.run_data import RunData
+from running import kept_tables
 
 SPEED = 0.5        # of the invented wheelset [m/s]
 TOUCH = 0.02       # when its flange touches [s]
@@ -132,3 +134,17 @@ def test_study_changes_what_it_says(exercise: int, tmp_path: Path):
     groups = [one.namelist() for one in (fine, law, step)]
     for group in ("initial", "loading", "profiles", "case"):
         assert groups[0][group] == groups[1][group] == groups[2][group]
+
+
+def test_the_function_has_the_tables_of_the_command(tmp_path: Path, undrawn: None):
+    """Of runs in memory and of their files, to the digits that files have."""
+    case = ldbench.Case.exercise(2).replace(model="hertz", t_end=0.03, table_folder=kept_tables())
+    runs = [ldbench.run(case.replace(vY=vY)) for vY in (0.5, 0.51)]
+    files = [run.write(tmp_path/f"{k}.txt") for k, run in enumerate(runs)]
+    assert main(["compare", *files, "-o", str(tmp_path/"both.pdf")]) == 0
+    written, found = pd.read_csv(tmp_path/"both.csv"), ldbench.compare(*files)
+    assert list(found) == list(written) and len(found) == len(written)
+    assert np.allclose(found.largest.astype(float), written.largest, rtol=1e-9, equal_nan=True) and (found.largest > 0).any()
+    assert np.allclose(ldbench.compare(*runs).largest.astype(float), written.largest, rtol=1e-4, atol=1e-6, equal_nan=True)
+    with pytest.raises(ldbench.Error, match="at least two"):
+        ldbench.compare(files[0])

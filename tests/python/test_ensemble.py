@@ -181,7 +181,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert counted["runs"] == 4 and more.isel(mass=slice(3)).drop_vars("error").identical(first.drop_vars("error"))
     with xr.open_zarr(store) as stored:
         assert stored.load().identical(more)
-    assert [path.name for path in (tmp_path/".ldbench").iterdir()] == ["sweep.zarr.sqlite"]
+    assert {path.name for path in (tmp_path/".ldbench").iterdir()} == {"sweep.zarr.sqlite", "sweep.zarr.lock"}
 
 
 def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
@@ -289,7 +289,7 @@ def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted):
 def test_command(tmp_path, capsys):
     short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
     assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,-1", "--over", "vY=0:1:2", "--columns", "Y,N_LF",
-                 "-j", "2", "-o", str(tmp_path/"sweep.zarr")]) == 0
+                 "-j", "2", "-o", str(tmp_path/"sweep.zarr")]) == 1     # not all is done
     out = capsys.readouterr().out
     with xr.open_zarr(tmp_path/"sweep.zarr") as stored:
         assert {"Y", "N_LF"} <= set(stored.data_vars) and dict(stored.error.sizes) == {"mass": 2, "vY": 2}
@@ -298,3 +298,15 @@ def test_command(tmp_path, capsys):
     assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=-1,-2"]) == 1
     said = capsys.readouterr().err
     assert said.startswith("ldbench: error: ensemble: expected a run that succeeds, found 2 that failed, the first one with: ")
+
+
+def test_an_ensemble_takes_a_path_and_arrays(tmp_path):
+    """As `run` does; a text is no list of cases."""
+    short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
+    table = ldbench.ContactTable(short())
+    expected = ldbench.ensemble(short(t_end=1e-3), {"mass": [1400.0, 1500.0]}, tables=[table])
+    assert dict(expected.error.sizes) == {"mass": 2}
+    for path in tmp_path/"case.nml", str(tmp_path/"case.nml"):
+        assert ldbench.ensemble(path, {"mass": np.linspace(1400, 1500, 2)}, tables=[table]).identical(expected)
+    with pytest.raises(FileNotFoundError):
+        ldbench.ensemble("none.nml", {"mass": [1400.0]})

@@ -1,10 +1,11 @@
-"""The command line: `ldbench COMMAND` or `python -m ldbench COMMAND`. Status 0: done; 1: failed; 2: wrong usage."""
+"""The command line: `ldbench COMMAND` or `python -m ldbench COMMAND`. Status 0: done; 1: refused or not all done; 2: usage."""
 from __future__ import annotations
 
 import argparse
 import difflib
 import errno
 import io
+import json
 import os
 import re
 import signal
@@ -12,6 +13,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
 PROGRAM = "ldbench" if Path(sys.argv[0]).name == "ldbench" else "python -m ldbench"      # as it was called
+NAMELIST = ".nml"       # ending of files that are cases, whether they are there or not
 SHELLS = "bash", "zsh", "tcsh"
 UNWRITABLE = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF
 
@@ -34,6 +37,11 @@ examples:
   python -m ldbench run inputs/ex1_aw.nml
   python -m ldbench run --help
 """
+
+
+def as_called(words: str) -> str:
+    """Words of help and messages, in which commands are named as this one was called."""
+    return re.sub(r"python -m ldbench(?= [a-z-])|(?<=`)ldbench(?= [a-z-])", PROGRAM, words)
 
 
 class Parser(argparse.ArgumentParser):
@@ -73,11 +81,11 @@ class Completion(argparse.Action):
         parser.exit()
 
 
-def make_parser(chosen: Iterable[str], program: str = PROGRAM) -> Parser:
+def make_parser(chosen: Iterable[str], program: str = "") -> Parser:
     """The parser of the command line, with all arguments of the chosen commands; the modules of the others are not imported."""
     parser = Parser(
-        prog=program, description="Simulates a frictionless railway wheelset on two rails.",
-        epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter)
+        prog=program or PROGRAM, description="Simulates a frictionless railway wheelset on two rails.",
+        epilog=as_called(EXAMPLES), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"ldbench {version()}")
     parser.add_argument("--completion", action=Completion, choices=SHELLS, metavar="SHELL",
                         help=f"print the completion of commands and options for {', '.join(SHELLS)}")
@@ -87,7 +95,7 @@ def make_parser(chosen: Iterable[str], program: str = PROGRAM) -> Parser:
         if name in chosen:
             module = module_of(name)
             command.description, _, command.epilog = (module.__doc__ or "").partition("\n\nexamples:")
-            command.epilog = command.epilog and "examples:" + command.epilog
+            command.epilog = command.epilog and as_called("examples:" + command.epilog)
             module.add_arguments(command)
             add_loudness(command)
             parser.commands[name] = command
@@ -118,24 +126,24 @@ def run_command(arguments: list[str] | None) -> int:
     """Run the command line and return the exit status; report every failure in one line."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")       # for what its encoding has no letters
+    given = sys.argv[1:] if arguments is None else arguments
+    status = 1
     try:
         if sys.stderr is None:          # closed; no file that is opened later shall get its number
             sys.stderr = open(os.devnull, "w")      # noqa: SIM115
         if sys.stdout is None:
             raise Error(place="standard output", expected="one that can be written", found="it closed")
-        given = sys.argv[1:] if arguments is None else arguments
+        if given and given[0] not in COMMANDS and (given[0].lower().endswith(NAMELIST) or Path(given[0]).is_file()):
+            given = ["run", *given]
         args = make_parser(given[:1]).parse_args(given)
         with spoken(args):
             status = module_of(args.command).main(args)
             if not status:
-                tell_next(args)
+                tell_next(args, as_called)
             sys.stdout.flush()
         return status
-    except Usage as error:
-        print(f"ldbench: error: {error}", file=sys.stderr)
-        return 2
     except Error as error:
-        reason = str(error)
+        reason, status = as_called(str(error)), 2 if isinstance(error, Usage) else 1
     except BrokenPipeError:
         discard_output()
         return 128 + 13     # as the shell says of SIGPIPE
@@ -150,17 +158,19 @@ def run_command(arguments: list[str] | None) -> int:
     except KeyboardInterrupt as stopped:
         print("ldbench: stopped", file=sys.stderr)
         return 128 + int(*stopped.args or (signal.SIGINT,))
+    if "--json" in given and sys.stdout:
+        with suppress(OSError):     # the reader has gone, or the disk is full
+            print(json.dumps({"error": reason}, ensure_ascii=False), flush=True)
     print(f"ldbench: error: {reason}", file=sys.stderr)
-    return 1
+    return status
 
 
 def program() -> int:
-    """The command `ldbench` that pip installs. A command and an option are for this module. A namelist file, or a namelist on
-    standard input, is for the executable beside the extension."""
-    words = sys.argv[1:]
-    if words[:1] and (words[0] in COMMANDS or words[0].startswith("-")):
+    """The command `ldbench` that pip installs. What has words is for this module. A namelist on standard input is for the
+    executable beside the extension."""
+    if sys.argv[1:]:
         return main()
-    command = [str(Path(__file__).parent/"_core/ldbench"), *words]
+    command = [str(Path(__file__).parent/"_core/ldbench")]
     if os.name != "nt":         # there os.execv would not wait for what it starts
         os.execv(command[0], command)
     return subprocess.call(command)

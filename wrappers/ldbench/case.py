@@ -29,6 +29,7 @@ else:
 Value = float | int | str
 Changes = Mapping[str, "Value | os.PathLike[str]"]
 
+EXERCISES, PAIRS = range(1, 6), ("aw", "sw")       # of the shipped inputs
 TEXT_LENGTH = 256       # of a text variable in the core
 LARGEST = 2**31 - 1     # whole number of the core
 
@@ -181,6 +182,9 @@ class Case(Variables):
     @classmethod
     def exercise(cls, number: int, profiles: str = "aw") -> Case:
         """One of the ten shipped inputs: exercise 1 to 5 with the actual ('aw') or simplified ('sw') profiles."""
+        if number not in EXERCISES or profiles not in PAIRS:
+            raise BadValue(expected=f"exercise {EXERCISES[0]} to {EXERCISES[-1]} with the profiles {' or '.join(map(repr, PAIRS))}",
+                           found=f"{number!r} with {profiles!r}")
         return cls.from_namelist(data_folder() / "inputs" / f"ex{number}_{profiles}.nml")
 
     @classmethod

@@ -37,8 +37,9 @@ class Checked:
 
 
 def check_file(file: Path, task: Task | None = None, map: Any = None) -> Checked:
-    """Check a column file of any code. task: the simulation, by default that of the file's name. map: a column map, a path or a
-    mapping, by default guessed. Error if the file cannot be read, or if its name does not say which simulation it is."""
+    """Check a column file of any code. task: the simulation, by default that of the file's name or of ldbench's header. map: a
+    column map, a path or a mapping, by default guessed. Error if the file cannot be read, or if neither says which simulation it
+    is."""
     one = read_submitted(file, task, map)
     return Checked(file, one.task, one.guess, findings_of(one))
 
@@ -58,12 +59,12 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
 
     Arguments and errors are those of `check_file`.
     """
-    task = task or task_of(file)
-    if task is None:
-        raise Error(file=file, expected="a name that says the simulation, as ex2_aw, or --simulation", found="neither")
     if is_device(file):
         raise Error(file=file, expected="a file", found="a device or a pipe")
     comments = read_comments(file)
+    task = task or task_of(file) or next((one for one in TASKS if one.name == comments.header.name), None)
+    if task is None:
+        raise Error(file=file, expected="a name or a header that says the simulation, as ex2_aw, or --simulation", found="neither")
     if comments.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
     raw, own = read_raw(file), own_run(task)

@@ -6,6 +6,7 @@ import logging
 import os
 import re
 import secrets
+import stat
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -58,6 +59,8 @@ def complete(target: Path) -> Iterator[Path]:
         with failing_as(target, scratch):
             scratch.open("xb").close()
             yield scratch
+            if file.exists():       # who may read an earlier file may read this one, and nobody else
+                scratch.chmod(stat.S_IMODE(file.stat().st_mode))
             scratch.replace(file)
             LOG.info("written: %s", target)
     except BaseException:

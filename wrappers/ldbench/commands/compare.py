@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from .._core.errors import Usage
 from ..report.compare import make_comparison
 from ..results.run_data import read_data
 from ..viewer.page import distinct
@@ -30,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
+    if len(args.files) < 2:
+        raise Usage(expected="at least two files, of which the first is the reference", found=len(args.files))
     check_names(args.files, args.map)
     runs = distinct([read_data(file, args.map) for file in args.files])
     print("\n".join(str(file) for file in make_comparison(runs, args.output, args.align)))

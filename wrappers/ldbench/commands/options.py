@@ -6,7 +6,7 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.errors import Error, Usage
+from .._core.errors import Error, UnknownName, Usage
 from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
 from ..case import Value, find_variable, shortest_name, variables
@@ -59,13 +59,14 @@ def check_names(files: Iterable[Path], map: Path | None) -> None:
     for file in files if map is None else ():
         if not read_comments(file).settings and "time" not in (names := read_data(file).data):
             raise Error(file=file, expected="a column time, or --map TOML that names our columns",
-                        found=f"{', '.join(names)}. `ldbench check FILE --save-map TOML` guesses the map of a simulation of "
-                              "the benchmark")
+                        found=f"{', '.join(names)}. `ldbench check FILE --simulation NAME --save-map TOML` guesses the map of a "
+                              "simulation of the benchmark")
 
 
 def add_simulation(parser: argparse.ArgumentParser) -> None:
     """Declare --simulation: which of the ten simulations a file is."""
-    parser.add_argument("--simulation", metavar="NAME", help="simulation of the file, such as ex2_aw (default: as its name says)")
+    parser.add_argument("--simulation", metavar="NAME",
+                        help="simulation of the file, such as ex2_aw (default: as its name or ldbench's header says)")
 
 
 def add_reference(parser: argparse.ArgumentParser, required: bool = False) -> None:
@@ -103,10 +104,10 @@ def spoken(args: argparse.Namespace) -> Iterator[None]:
         LOG.setLevel(level)
 
 
-def tell_next(args: argparse.Namespace) -> None:
+def tell_next(args: argparse.Namespace, as_called: Callable[[str], str]) -> None:
     """Tell a person at a terminal what may come after a command; pipes and files get the results alone."""
     if args.command in NEXT and sys.stdout.isatty() and not getattr(args, "json", False):
-        print(f"next: {NEXT[args.command].format_map(vars(args))}")
+        print(as_called(f"next: {NEXT[args.command].format_map(vars(args))}"))
 
 
 class Levels(logging.Formatter):
@@ -131,12 +132,23 @@ def side_by_side(word: str) -> int:
     return number
 
 
+@contextmanager
+def naming() -> Iterator[None]:
+    """Usage, where a name on the command line stands for nothing."""
+    try:
+        yield
+    except UnknownName as error:
+        raise error.turned(Usage) from None
+
+
 def parse_setting(setting: str, option: str = "--set") -> tuple[str, Value]:
     """name=value of the command line, as `Case.replace` takes it."""
     name, equals, word = setting.partition("=")
     if not equals:
         raise Usage(expected=f"name=value after {option}", found=setting)
-    if variables()[find_variable(name)].kind == "text":
+    with naming():
+        kind = variables()[find_variable(name)].kind
+    if kind == "text":
         return name, word.strip("'\"")
     try:
         return name, float(word)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 
 from ..case import find_variable, variables
+from .options import naming
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,8 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     groups = {variable.group for variable in variables()}
-    chosen = {k for name in args.names for k, variable in enumerate(variables())
-              if (variable.group == name.lstrip("&").lower() if name.lstrip("&").lower() in groups else k == find_variable(name))}
+    with naming():
+        chosen = {k for name in (given.lstrip("&").lower() for given in args.names) for k, variable in enumerate(variables())
+                  if (variable.group == name if name in groups else k == find_variable(name))}
     group = ""
     for k, variable in enumerate(variables()):
         if args.names and k not in chosen:

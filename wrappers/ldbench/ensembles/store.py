@@ -1,14 +1,10 @@
-"""What an ensemble gives, an xarray Dataset, and on disk: records in a database beside the store, which is written when all are
-there."""
+"""What an ensemble gives, an xarray Dataset; on disk it is a Zarr directory, which is written when all records are there."""
 from __future__ import annotations
 
 import json
-import pickle
 import shutil
-import sqlite3
-import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,12 +12,13 @@ import numpy as np
 
 from .._core.calls import descriptions
 from .._core.errors import Error
-from .._core.files import LOG, failing_as
+from .._core.files import failing_as
 from .._core.kept import kept_in
 from .._core.optional import needed
 from ..results.events import event_kinds
 from ..results.quantities import si_unit
 from .members import EVENTS, OCCURRENCES, Coordinates, Record
+from .records import Records
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +26,7 @@ if TYPE_CHECKING:
 MARK = {"made_by": "ldbench"}       # attributes of a Dataset, by which a store is known as ours
 HELD = 3e7              # members of a Dataset that are written at once, about [bytes]
 IN_MEMORY = 1e8         # a larger Dataset is left on disk [bytes]
-PAUSE = 0.1             # between looks whether another process has finished [s]
+LEVEL = 1               # of the compression, which takes no longer than writing
 
 
 def longest(records: Iterable[Record]) -> Record:
@@ -66,27 +63,14 @@ def to_dataset(records: Sequence[Record], like: Record, dims: Mapping[str, int],
     return needed("xarray", "ensemble").Dataset(data, coordinates, MARK)
 
 
-@contextmanager
-def open_records(store: Path) -> Iterator[Records]:
-    """The records of a store, which other processes wait for."""
+def check_store(store: Path) -> None:
+    """Refuse to write a store where something else is."""
     needed("zarr", "ensemble")
     if not store.name:
         raise Error(file=store, expected="the name of a Zarr directory", found="a folder")
     if store.exists() and not is_ours(store):
         raise Error(file=store, expected="a Zarr directory that an ensemble has made, or nothing", found="something else",
                     advice=". Remove it or choose another name")
-    file = kept_in(store.parent)/f"{store.name}.sqlite"
-    try:
-        with failing_as(store):
-            file.parent.mkdir(parents=True, exist_ok=True)
-        with closing(sqlite3.connect(file, timeout=0, isolation_level=None)) as database:
-            lock(database, store)
-            yield Records(database)
-    except sqlite3.OperationalError as error:
-        raise Error(f"cannot be written completely: {error}", file=store) from None
-    except (sqlite3.DatabaseError, pickle.UnpicklingError) as error:
-        raise Error(file=file, expected="results that an ensemble kept", found=f"them damaged: {error}",
-                    advice=". Remove it") from None
 
 
 def is_ours(store: Path) -> bool:
@@ -94,48 +78,6 @@ def is_ours(store: Path) -> bool:
     with suppress(OSError, ValueError):
         return MARK.items() <= dict(json.loads((store/".zattrs").read_bytes())).items()
     return False
-
-
-def lock(database: sqlite3.Connection, store: Path) -> None:
-    """Wait until no other process has the database. A process that is killed loses nothing: the log of what it wrote is read."""
-    database.execute("PRAGMA locking_mode = EXCLUSIVE")
-    told = False
-    while True:
-        try:
-            database.execute("PRAGMA journal_mode = WAL")
-            database.execute("CREATE TABLE IF NOT EXISTS records (key TEXT PRIMARY KEY, record BLOB)")
-            break
-        except sqlite3.OperationalError as error:
-            if "locked" not in str(error):
-                raise
-        if not told:
-            LOG.warning("%s: waiting for another process that writes it", store)
-            told = True
-        time.sleep(PAUSE)
-    database.execute("PRAGMA synchronous = OFF")        # a system that stops may lose records; a process does not
-
-
-class Records:
-    """The records in a database, by the keys of members."""
-
-    def __init__(self, database: sqlite3.Connection) -> None:
-        self._database = database
-
-    def __contains__(self, key: object) -> bool:
-        return bool(self._database.execute("SELECT 1 FROM records WHERE key = ?", (key,)).fetchone())
-
-    def __getitem__(self, key: str) -> Record:
-        row, = self._database.execute("SELECT record FROM records WHERE key = ?", (key,)).fetchone()
-        record: Record = pickle.loads(row)
-        return record
-
-    def __setitem__(self, key: str, record: Record) -> None:
-        self._database.execute("INSERT OR REPLACE INTO records VALUES (?, ?)", (key, pickle.dumps(record)))
-
-    def keep(self, keys: Sequence[str]) -> None:
-        """Remove all records but some."""
-        found = {key for key, in self._database.execute("SELECT key FROM records")}
-        self._database.executemany("DELETE FROM records WHERE key = ?", [(key,) for key in found.difference(keys)])
 
 
 def write_store(store: Path, records: Records, keys: Sequence[str], dims: Mapping[str, int],
@@ -147,17 +89,19 @@ def write_store(store: Path, records: Records, keys: Sequence[str], dims: Mappin
     along = max(dims, key=lambda dim: dims[dim])
     step = max(1, int(HELD/sum(np.asarray(one).nbytes for one in like.values())*dims[along]/len(keys)))
     scratch = kept_in(store.parent)/store.name
+    # The frames of Zstandard have checksums, so that whoever reads the store is told of damage.
+    checked = {"compressors": needed("numcodecs", "ensemble").Zstd(level=LEVEL, checksum=True)}
     with failing_as(store):
         shutil.rmtree(scratch, ignore_errors=True)
         for begin in range(0, dims[along], step):
             own = members.isel({along: slice(begin, begin + step)})
             part = {name: (dim, values[begin:begin + step] if dim == along else values, attributes)
                     for name, (dim, values, attributes) in coordinates.items()}
-            to_dataset([records[keys[k]] for k in own.values.flat], like, dict(own.sizes), part).to_zarr(
-                scratch, append_dim=along if begin else None, zarr_format=2)
+            dataset = to_dataset([records[keys[k]] for k in own.values.flat], like, dict(own.sizes), part)
+            how = {"append_dim": along} if begin else {"encoding": dict.fromkeys(dataset.variables, checked)}
+            dataset.to_zarr(scratch, zarr_format=2, **how)
         if store.exists():
             shutil.rmtree(store)
         scratch.rename(store)
-        records.keep(keys)
-        dataset: xr.Dataset = xarray.open_zarr(store, chunks=None)
+        dataset = xarray.open_zarr(store, chunks=None)
         return dataset.load() if dataset.nbytes <= IN_MEMORY else dataset

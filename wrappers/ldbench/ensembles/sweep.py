@@ -7,6 +7,8 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from .._core.calls import Progress
 from .._core.errors import BadValue
 from .._core.optional import needed
@@ -15,18 +17,19 @@ from ..case import Case, Value
 from ..table import ContactTable
 from .members import Wanted, check_wanted, groups_of, keys_of, plan, table_keys
 from .pools import run_here, run_there
-from .store import longest, open_records, to_dataset, write_store
+from .records import open_records
+from .store import check_store, longest, to_dataset, write_store
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | None = None, n: int | None = None, *,
-             seed: int = 0, draw: Literal["random", "even"] = "random", columns: Sequence[str] = (),
+def ensemble(case: Case | str | os.PathLike[str] | Sequence[Case], over: Mapping[str, Sequence[Value] | np.ndarray] | None = None,
+             n: int | None = None, *, seed: int = 0, draw: Literal["random", "even"] = "random", columns: Sequence[str] = (),
              rows: int | None = None, tables: Iterable[ContactTable] = (), threads: int | None = None,
              scheduler: str | None = None, store: str | os.PathLike[str] | None = None,
              progress: Progress | bool | None = None) -> xr.Dataset:
-    """Run a case with other values of the variables in `over`, named as in `Case.replace`; an xarray Dataset.
+    """Run a case, or a namelist file, with other values of the variables in `over`, named as in `Case.replace`; an xarray Dataset.
 
     Without n: every combination of the listed values, a dimension per variable. With n: n draws from a range
     (low, high) per variable, dimension `member`; 'random', or 'even' (low discrepancy: covers the ranges more
@@ -52,15 +55,24 @@ def ensemble(case: Case | Sequence[Case], over: Mapping[str, Sequence[Value]] | 
     needed("xarray", "ensemble")
     if threads is not None and threads < 1:
         raise BadValue(place="ensemble", expected="at least one thread", found=threads)
-    over = dict(over or {})
+    listed: dict[str, Sequence[Value]] = {name: values.tolist() if isinstance(values, np.ndarray) else values for name, values in
+                                          (over or {}).items()}
+    if isinstance(case, str | os.PathLike):
+        case = Case.given(case)
     wanted = Wanted(tuple(dict.fromkeys(("time", *columns))) if columns else (), rows)
-    check_wanted(wanted, over)
-    members, dims, coordinates = plan(case, over, n, seed, draw)
+    check_wanted(wanted, listed)
+    members, dims, coordinates = plan(case, listed, n, seed, draw)
+    first = case if isinstance(case, Case) else case[0]
     keys: Sequence[Any] = keys_of(members, wanted) if store else range(len(members))
+    if store:
+        check_store(Path(store))
     with open_records(Path(store)) if store else nullcontext[Any]({}) as records:
-        missing = [number for number, key in enumerate(keys) if key not in records]
+        missing: Sequence[int] = range(len(members))
+        if store:
+            records.add_sweep(keys, {"case": first.case_name, "over": list(listed)}, dims, coordinates)
+            missing = records.missing(keys)
         done = len(members) - len(missing)
-        groups = groups_of(members, missing, case if isinstance(case, Case) else case[0])
+        groups = groups_of(members, missing, first)
         key = table_keys()
         going = (run_there(members, groups, wanted, scheduler) if scheduler and missing else
                  run_here(members, groups, {key(table.case): table for table in tables}, wanted, threads or usable_cores()))

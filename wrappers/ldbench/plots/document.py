@@ -28,7 +28,7 @@ from ..results.twins import Chaotic
 from .energies import energy_page, is_ramp, ramp_page
 from .figures import overview_figures
 from .frame import FOOT, LEFT, RIGHT, new_page
-from .geometry import Shape, geometry_page
+from .geometry import FUNCTIONS, Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .series import IMPULSES, LAST, PAGES, time_page
 from .stretches import is_long, last_second
@@ -141,6 +141,10 @@ def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (
     check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
     runs = [read_data(file, map) for file in files]
     shapes = [(run := read_data(file), run.data) for file in geometry]
+    for run, functions in shapes:
+        if lacking := [name for name in FUNCTIONS if name not in functions]:
+            raise Error(file=run.file, expected="geometry functions as `ldbench table NAMELIST -o FILE` writes them",
+                        found=f"a file without {lacking[0]}")
     with drawing(runs, target, shapes, jobs, done) as finish:
         return finish()
 

@@ -30,6 +30,7 @@ WHEEL_LOOKS = {1: ("left", "L", CONTACT_LINES["LT"]), -1: ("right", "R", CONTACT
 FACE = "#EEF0F3"
 DRAWN = 82.0            # height of the drawing of contact lines [mm]
 LABELS = 6.5            # between labels of its lines, at least [mm]
+FUNCTIONS = "Y", *(f"{name}{side}" for name in ("angle", "radius", "y", "z") for side in WHEELS), "delta_r", "conicity", "roll", "Z"
 Shape = tuple[RunData, "pd.DataFrame"]      # a run, and the geometry functions of its profiles
 
 

@@ -240,13 +240,14 @@ class RunData:
         return find_intervals(contact, self.time[:rows], np.zeros(rows) if force is None else force[:rows], blows, angle,
                               self._text("output", "rows") in ("interval_and_events", "contacts"))
 
-    def impacts(self, contacts: Sequence[str] = CONTACTS) -> list[ContactInterval]:
-        """All impacts of some contacts in order of time: start, end, largest force, impulse and contact angle of each.
+    def impacts(self, contacts: str | Sequence[str] = CONTACTS) -> list[ContactInterval]:
+        """All impacts of a contact, or of some, in order of time: start, end, largest force, impulse and contact angle of each.
 
         An impact is a set of successive closed rows between two open rows. A contact that is closed in the first or last row of
         the file is left out there, because its length is unknown, and so is a contact that also pulls. A run with rigid contacts
         adds the impacts among its events, of which the file lists a hundred.
         """
+        contacts = [contacts] if isinstance(contacts, str) else contacts
         found = [one for contact in contacts for one in self.intervals(contact, rigid=False) or [] if one.is_impact]
         found += [ContactInterval(contact, event.t, event.t, np.nan, event.t, impulse, np.nan) for event in self.events
                   for contact, impulse in event.impulses.items() if contact in contacts]

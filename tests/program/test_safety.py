@@ -1,0 +1,37 @@
+"""A folder of anybody's is looked at, and nothing in it is run."""
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from running import HANG
+
+# Modules that the commands import, early and late: of Python's library, numpy, those of other packages, and our second package.
+IMPORTED = "argparse", "logging", "difflib", "hashlib", "sqlite3", "numpy", "pandas", "tqdm", "matplotlib", "ldbench_round"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A submission with modules, each of which leaves a file `run`."""
+    for name in IMPORTED:
+        (tmp_path/f"{name}.py").write_text("import os\nopen('run', 'w').close()\nraise SystemExit(77)\n")
+    (tmp_path/"ex2_aw.csv").write_text("time,Y\n0,0\n1,0\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize("words", [["check", "."], ["plot", "ex2_aw.csv"], ["--help"]], ids=" ".join)
+def test_modules_of_the_working_folder_are_not_imported(words: list[str], folder: Path):
+    done = subprocess.run([sys.executable, "-m", "ldbench", *words], cwd=folder, capture_output=True, text=True, timeout=HANG)
+    assert not (folder/"run").exists(), done.stderr
+    assert done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr
+
+
+def test_a_path_that_the_user_gives_stays(folder: Path):
+    """PYTHONPATH is the user's own word, and a script has its folder."""
+    code = "import sys; first = sys.path[0]; import ldbench; print('/own' in sys.path, sys.path[0] == first)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder.parent, capture_output=True, text=True, timeout=HANG,
+                          env={"PYTHONPATH": "/own", "PATH": ""})
+    assert done.stdout == "True True\n", done.stderr
