@@ -43,7 +43,7 @@ contains
     if (c%table_folder == '') return
     call load_values(table_path(trim(c%table_folder), table), table, found)
     call kept_folder(trim(c%table_folder), folder)
-    if (folder /= c%table_folder) call load_values(table_path(folder, table), table, found)
+    if (folder /= '' .and. folder /= c%table_folder) call load_values(table_path(folder, table), table, found)
   end subroutine open_table
 
   !> Write what the tables have learnt to the folder, or to the cache. A file that cannot be written is no error, for it only saves
@@ -56,6 +56,7 @@ contains
 
     if (c%table_folder == '') return
     call kept_folder(trim(c%table_folder), folder)
+    if (folder == '') folder = trim(c%table_folder)      ! the warning names it
     call keep_table(setup%wheelset%table)
     if (.not. (setup%symmetric .or. allocated(warning))) call keep_table(setup%wheelset%right_table)
 

@@ -100,7 +100,7 @@ contains
       call items%append('contact table: '//str(solved - found)//' solutions, '//str(found)//' found')
       if (failed > 0) call items%append('; '//str(failed)//' did not converge')
       call kept_folder(trim(c%table_folder), folder)
-      if (folder /= c%table_folder) call items%append('; kept in '//folder)
+      if (folder /= '' .and. folder /= c%table_folder) call items%append('; kept in '//folder)
       call items%append(newline)
     end if
     call items%add('', [setup%seconds, seconds], '', 'processor time [s]: preparation #, integration #'//newline, 'f0.2')

@@ -148,7 +148,8 @@ contains
     target = buffer(:max(n, 0))
   end subroutine read_link
 
-  !> The folder that keeps contact tables: the one that the case names; where that may not be written, ldbench in the user's cache.
+  !> The folder that keeps contact tables: the one that the case names; where that may not be written, ldbench in the user's cache;
+  !> '' where that may not be written, either.
   subroutine kept_folder(named, folder)
     character(*), intent(in) :: named          !! '' keeps nothing
     character(:), allocatable, intent(out) :: folder
@@ -157,6 +158,7 @@ contains
     folder = named
     if (named == '') return
     if (may_write(named)) return
+    folder = ''
     call cache_folder(cache)
     if (cache == '') return
     call folder_of(cache, parent)

@@ -120,7 +120,7 @@ def test_data_files_are_installed():
 
 def contents(folder: Path) -> dict[str, tuple[int, int, bytes]]:
     """All that lies below a folder: mode, time, bytes."""
-    return {str(path.relative_to(folder)): (path.stat().st_mode, path.stat().st_mtime_ns, path.read_bytes() if path.is_file() else b"")
+    return {str(path): (path.stat().st_mode, path.stat().st_mtime_ns, path.read_bytes() if path.is_file() else b"")
             for path in (folder, *folder.rglob("*"))}
 
 
@@ -169,9 +169,9 @@ def prefix() -> Iterator[Installed]:
         installed.home.mkdir()
         if os.geteuid() == 0:
             os.chown(installed.home, NOBODY, NOBODY)
-        subprocess.run(["make", "install", f"DESTDIR={installed.root}", "PREFIX=/usr"], cwd=REPO, check=True, stdout=subprocess.DEVNULL)
-        subprocess.run([Path(sys.executable).with_name("meson"), "install", "-C", "build/wrapper", "--no-rebuild", "--quiet",
-                        "--destdir", installed.root], cwd=REPO, check=True, stdout=subprocess.DEVNULL)
+        meson = Path(sys.executable).with_name("meson"), "install", "-C", "build/wrapper", "--no-rebuild", "--quiet"
+        for command in ("make", "install", f"DESTDIR={installed.root}", "PREFIX=/usr"), (*meson, "--destdir", installed.root):
+            subprocess.run(command, cwd=REPO, check=True, stdout=subprocess.DEVNULL)
         for path in (installed.root, *installed.root.rglob("*")):
             path.chmod(path.stat().st_mode & ~0o222)
         before = contents(installed.root)
@@ -185,7 +185,7 @@ def prefix() -> Iterator[Installed]:
 def ways(installed: Installed, file: Path) -> dict[str, Callable[[Path], subprocess.CompletedProcess[str]]]:
     """How a case is run in a folder."""
     api = "import sys, ldbench; print(ldbench.run(sys.argv[1]).write())"
-    return {"standard input": lambda folder: installed.run("ldbench", cwd=folder, stdin=file.open()),
+    return {"standard input": lambda folder: installed.run("ldbench", cwd=folder, input=file.read_text()),
             "executable": lambda folder: installed.run("ldbench", file, cwd=folder),
             "command": lambda folder: installed.run("python", "-m", "ldbench", "run", file, cwd=folder),
             "Python": lambda folder: installed.run("python", "-c", api, file, cwd=folder)}
@@ -240,8 +240,8 @@ print(ldbench.run(ldbench.Case(t_end=1e-3, model="hertz", wheel_profile=wheel)).
 
 @pytest.mark.same_build
 def test_a_read_only_folder_is_not_written(prefix: Installed):
-    """Results cannot go there: one line says what to do. What saves time goes to the user's cache, or one line says that it goes
-    nowhere; runs have the same results."""
+    """Results cannot go there: one line says what to do. What saves time goes to the user's cache, or one line says that it is not
+    kept; runs have the same results."""
     share, folder = prefix.share, prefix.new_folder("read-only")
     for start in ("ldbench", "inputs/ex1_aw.nml"), ("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml"):
         done = prefix.run(*start, cwd=share)
@@ -258,13 +258,24 @@ def test_a_read_only_folder_is_not_written(prefix: Installed):
             assert re.search(rf"^contact table: {work}; kept in {folder}/.cache/ldbench$", told, re.MULTILINE), told
             assert done.stderr == "" and len(list(folder.rglob("*.table"))) == 1
         else:
-            assert re.fullmatch(r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: cannot be written; .*\n", done.stderr)
+            assert re.fullmatch(UNKEPT, done.stderr)
         rows.append((folder/"columns.txt").read_bytes())
     assert rows[0] == rows[1] == rows[2]
     api = "import ldbench; c = ldbench.Case.from_namelist('inputs/ex1_aw.nml').replace(model='hertz', t_end=1e-3); " \
           "r = ldbench.run(c); print(r.table.lines()[-1])"
     done = prefix.run("python", "-c", api, cwd=share, home=folder)
-    assert done.returncode == 0 and done.stdout.endswith(f"found, kept in {folder}/.cache/ldbench\n"), done.stderr
+    assert done.stdout.endswith(f"found, kept in {folder}/.cache/ldbench\n") and not done.stderr, done.stderr
+    done = prefix.run("python", "-c", api, cwd=share, home=Path("/none"))
+    assert done.stdout.endswith(", 0 found, not kept\n") and done.stderr.count("Warning: &table folder: outputs/tables/hertz_") == 1
+    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", "--set", "model=hertz", "--set", "t_end=1e-3", "-o",
+                      folder/"made.txt", cwd=share, home=Path("/none"))
+    assert re.fullmatch(UNKEPT, done.stderr) and (folder/"made.txt").is_file()
+    done = prefix.run("python", "-m", "ldbench", "bodies", "inputs/ex2_aw.nml", cwd=share, home=folder)
+    assert done.returncode == 1 and done.stderr == ("ldbench: error: outputs: cannot be made: Permission denied; go to a folder where "
+                                                    "you may write, or name another one\n")
+
+
+UNKEPT = r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: cannot be written; .*\n"
 
 
 def checksums(text: str) -> list[str]:
@@ -307,7 +318,7 @@ def test_one_rule_where_files_are_looked_for(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(Error) as told:
         ldbench.run(inputs/"mine.yz.nml")
     assert str(told.value) == message and isinstance(told.value, FileNotFoundError)
-    with pytest.raises(FileNotFoundError, match="none.yz: cannot be opened for reading; looked for in the working folder, in "):
+    with pytest.raises(FileNotFoundError, match=r"none\.yz: cannot be opened for reading; looked for in the working folder, in "):
         ldbench.Profile("none.yz")
 
 
@@ -315,7 +326,7 @@ def test_a_profile_beside_the_namelist_is_not_written_over(tmp_path: Path, monke
     """A profile that is found there, by a name that leads nowhere from the working folder."""
     wheel = tmp_path/"wheel.yz"
     shutil.copy(REPO/"profiles/awprof.yz", wheel)
-    (tmp_path/"case.nml").write_text(f"&profiles wheel_profile = 'wheel.yz' / &output file = '{wheel}' / &contact model = 'hertz' /")
+    (tmp_path/"case.nml").write_text(f"&profiles wheel_profile = 'wheel.yz' / &output file = '{wheel}' /")
     (tmp_path/"here").mkdir()
     monkeypatch.chdir(tmp_path/"here")
     done = subprocess.run([LDBENCH, "../case.nml"], capture_output=True, text=True)

@@ -296,7 +296,7 @@ class Case(Variables):
 
     @property
     def kept_folder(self) -> str:
-        """The folder that keeps contact tables: `table_folder`, or the user's cache where that may not be written."""
+        """The folder that keeps contact tables: `table_folder`, or the user's cache where that may not be written; '' for none."""
         path, size = flat.kept_folder(path_bytes(self.table_folder))
         return os.fsdecode(bytes(path)[:size])
 

@@ -360,6 +360,17 @@ contains
     call give(lines, listing, length)
   end subroutine run_summary
 
+  !> A warning where the contact tables of a run could not be kept.
+  subroutine run_unkept(handle, message, length)
+    integer(8), intent(in) :: handle
+    character(16384), intent(out) :: message
+    integer, intent(out) :: length
+    type(finished_type), pointer :: run
+
+    run => run_at(handle)
+    call give_error(run%warning, message, length)
+  end subroutine run_unkept
+
   !> Write the column file.
   subroutine write_run(prepared, handle, path, kept, kept_length, message, length)
     integer(8), intent(in) :: prepared, handle

@@ -43,6 +43,7 @@ module handles
   !> A run with its rows.
   type, extends(run_type) :: finished_type
     type(row_list) :: kept
+    type(error_type), allocatable :: warning   !! contact tables could not be kept
   end type finished_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
@@ -252,12 +253,11 @@ contains
     integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
     type(shared_monitor) :: watcher
-    type(error_type), allocatable :: ignored
 
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
-    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, ignored)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, run%warning)
   end subroutine simulate_watched
 
   !> Write the column file of a run.
