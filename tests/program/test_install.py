@@ -272,8 +272,8 @@ def test_a_read_only_folder_is_not_written(prefix: Installed):
                       folder/"made.txt", cwd=share, home=Path("/none"))
     assert re.fullmatch(UNKEPT, done.stderr) and (folder/"made.txt").is_file()
     done = prefix.run("python", "-m", "ldbench", "bodies", "inputs/ex2_aw.nml", cwd=share, home=folder)
-    assert done.returncode == 1 and done.stderr == ("ldbench: error: outputs: cannot be made: Permission denied; go to a folder where "
-                                                    "you may write, or name another one\n")
+    assert done.returncode == 1 and done.stderr == (
+        "ldbench: error: outputs: cannot be made: Permission denied; go to a folder where you may write, or name another one\n")
 
 
 UNKEPT = r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: cannot be written; .*\n"
