@@ -280,7 +280,7 @@ UNKEPT = r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: can
 
 
 def checksums(text: str) -> list[str]:
-    """Of the profiles that a run was made with."""
+    """The checksums of the profiles that a run was made with, by its header."""
     return re.findall(r"profile: .* ([0-9A-F]{8})", text)
 
 
