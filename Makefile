@@ -93,9 +93,12 @@ $(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
 
 # On Windows names of files are UTF-8 only if a manifest says so.
 ifeq ($(suffix $(EXE)),.exe)
-$(EXE): $(BUILD)/manifest.o
+$(EXE): $(BUILD)/manifest.o $(BUILD)/readlink.o
 $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/ldbench.manifest | $(BUILD)
 	$(FC:gfortran=windres) $< $@
+# Windows has no function readlink.
+$(BUILD)/readlink.o: fortran/support/windows/readlink.f90 | $(BUILD)
+	$(FC) $(FFLAGS) $(WARN) -c -o $@ $<
 endif
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS) $(OWN)

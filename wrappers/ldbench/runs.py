@@ -144,6 +144,11 @@ class ComputedRun(Run):
         """The summary that the executable prints."""
         return text(*flat.run_summary(self.table._handle, self.handle))
 
+    @property
+    def unkept(self) -> str:
+        """A warning where the contact tables could not be kept; '' where they were."""
+        return text(*flat.run_unkept(self.handle)).partition("\x1c")[0]
+
     @functools.cached_property
     def table(self) -> ContactTable:
         """The contact table, prepared where it is not at hand."""
@@ -193,7 +198,7 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     `ldbench.Warning`.
     """
     done = compute(Case.given(case), progress, table)
-    for words in done.warnings:
+    for words in filter(None, (*done.warnings, done.unkept)):
         warnings.warn(words, Warning, stacklevel=2)
     return done
 

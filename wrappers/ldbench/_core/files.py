@@ -85,7 +85,7 @@ def failing_as(target: Path, scratch: Path | None = None) -> Iterator[None]:
 def make_folder(file: Path) -> None:
     """Make the default folder, if a file needs it and it does not exist."""
     if file.parent == Path(DEFAULT_FOLDER):
-        file.parent.mkdir(exist_ok=True)
+        make_results_folder(file.parent)
 
 
 def check_target(file: Path) -> None:
@@ -108,7 +108,11 @@ def make_results_folder(folder: Path) -> None:
     """Make the folder of several results where it is missing, with those above it."""
     if folder.exists() and not folder.is_dir():
         raise Error(file=folder, expected="a folder for the results", found="a file")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Error(f"cannot be made: {error.strerror}", file=folder,
+                    advice="go to a folder where you may write, or name another one") from None
 
 
 def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:
