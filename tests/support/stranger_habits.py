@@ -123,7 +123,7 @@ def matrix(text: str) -> str:
 
 
 def piped(text: str) -> str:
-    head, *rows = (f"| {line} |" for line in text.splitlines())
+    head, *rows = (f"| {line.replace('|', ' | ')} |" for line in text.splitlines())
     return "\n".join([head, "|---"*len(ALL) + "|", *rows]) + "\n"
 
 
@@ -191,7 +191,7 @@ WAYS = {
     # Programs.
     "matrix_of_matlab": Habit({"sep": " ", "head": ("{name}[{unit}]",), "names": CAMELS}, matrix, "{case}.m"),
     "tecplot": Habit({"sep": ";", "units": MM_KN}, lambda text: tecplot(text).replace(";", " "), DAT),
-    "pipes": Habit({"sep": " | ", "units": MM_KN}, piped, "{case}.md"),
+    "pipes": Habit({"sep": "|", "units": MM_KN}, piped, "{case}.md"),
     "frame_of_r": Habit(after=with_names_of_r),
     "labview": Habit({"sep": "\t", "before": LABVIEW, "eol": "\r\n"}, name="{case}.lvm"),
     "modelica": Habit({"names": MODELICA, "head": ('"{name}"',)}),

@@ -23,11 +23,12 @@ SUMS = {KINETIC: "kinetic energy", POTENTIAL: "potential energy"}
 WRONG = 0.02, 0.1       # of the largest change of an energy: doubtful, wrong
 AT_REST = 20.0          # elastic energy of the contacts at rest, at most [J]; zero may be there or where they are open
 
-KINDS = {"kinetic": r"kinet\w*|cinetique|e?kin|ke|ec", "potential": r"potent\w*|e?pot|pe|ep", "elastic": r"e?elast\w*"}
-WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al",
-         "grav": r"grav(?:ity)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links",
-         "elastic_R": r"right|droite?|rechts"}
-NO_PART = "energy", "energie", "e", "total"
+KINDS = {"kinetic": r"kinet\w*|cinetique|[et]?kin|ke|ec|ek", "potential": r"potent\w*|[eu]?pot|pe|ep",
+         "elastic": r"e?elast\w*|[eu]?el"}
+WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al|phi",
+         "grav": r"g(?:rav(?:ity)?)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links|l",
+         "elastic_R": r"right|droite?|rechts|r"}
+NO_PART = "energy", "energie", "e", "total", "wheelset", "axle", "wheel", "of", "the", "de", "di", "del", "la"
 
 
 def energy_named(words: str) -> str:

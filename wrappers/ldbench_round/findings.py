@@ -21,6 +21,7 @@ class Finding:
     limit: float = np.nan           # what was expected at most; of a count, how many
     row: int | None = None          # row of the file's numbers, from 1, where it is worst
     hint: str = ""                  # what it may come from
+    time: float = np.nan            # of the row [s]
 
 
 def judged(what: str, number: float, doubtful: float, failed: float, row: int | None = None, hint: str = "") -> Finding:

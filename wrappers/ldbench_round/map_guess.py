@@ -34,7 +34,8 @@ EARLY = 0.95                        # weight of the likeness before the flange t
 JOULES = {"N.m": "J", "Nm": "J", "kN.m": "kJ", "kNm": "kJ"}
 SYNONYMS = {"sec", "Nm", "kNm", "-"}
 RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
-UNUSUAL = {"um", "g", "km/h"}       # only if the file says them
+UNUSUAL = {"um", "g", "km/h", "ft", "ft/s", "ft/s2", "in/s2", "cm/s", "cm/s2", "urad", "gon", "daN", "kgf", "kp", "kips",
+           "us"}                    # only if the file says them
 ROWS = 400                          # instants at which columns are compared
 HALF_GAUGE = 0.70, 0.78             # distance of a rail from the centre, by the gauge or by the running circles [m]
 ZERO_MAY_DIFFER = {"Z", *(f"{name}_{contact}" for name in ("y", "z") for contact in CONTACTS)}
