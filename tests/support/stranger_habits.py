@@ -215,7 +215,7 @@ WAYS = {
     # Times.
     "times_to_a_ms": Habit({"sep": ";"}, change=each(["time"], lambda t: t.round(3)), verdict=DOUBTFUL),
     "times_to_a_ms_but_at_events": Habit({"sep": ";"}, change=coarse_between_events, verdict=DOUBTFUL),
-    "times_twice_as_dense_as_their_digits": Habit({"sep": "\t"}, name=TXT, change=each(["time"], lambda t: (t*5e3).round()/5e3)),
+    "times_half_as_dense_as_rows": Habit({"sep": "\t"}, name=TXT, change=each(["time"], lambda t: (t*5e3).round()/5e3), verdict=DOUBTFUL),
 }
 HABITS = {name: way.row() for name, way in WAYS.items()}
 
@@ -319,18 +319,18 @@ PLANTED = {
     "accelerations_half_a_ms_late": fault("acceler|aY|aZ|roll_acc", "every_row_twice", late(5, "aY", "aZ", "roll_acc")),
     "vertical_velocity_of_the_left_wheel": fault("vZ|vertical velocity", "feet_and_kips", lambda f: f.assign(
         vZ=f["vZ"] + 0.75*f["roll_rate"])),
-    "Y_in_cm_below_mm": fault("Y", "names_units_and_numbers_of_columns", lambda f: f.assign(Y=f["Y"]*0.1), units=MM_KN),
-    "Y_to_a_mm": fault("Y", "Q_and_Y_with_two_digits", each(["Y"], lambda y: y.round(3))),
+    "Y_in_cm_below_mm": fault("lateral displacement", "names_units_and_numbers_of_columns", lambda f: f.assign(Y=f["Y"]*0.1), units=MM_KN),
+    "Y_to_a_mm": fault("lateral|Y", "Q_and_Y_with_two_digits", each(["Y"], lambda y: y.round(3))),
     "start_2_mm_aside": fault("Y|start|time", "unicode_minus", lambda f: f[f["Y"].abs().cummax() >= 0.002].assign(
         time=lambda g: g["time"] - g["time"].iloc[0])),
     # Places.
-    "right_flange_point_5_mm_inwards": fault("y_RF", "micrometres_of_time", plus(0.005, "y_RF")),
+    "right_flange_point_5_mm_inwards": fault("RF", "micrometres_of_time", plus(0.005, "y_RF")),
     "radius_with_the_vertical_displacement": fault("radius", "units_at_the_end_of_names", lambda f: f.assign(
         **{f"radius_{c}": f[f"radius_{c}"] + f["Z"] for c in CONTACTS})),
     "flange_angle_of_a_drawing": fault("angle", "digits_in_groups", closed_as(np.pi/3, "angle_LF", "angle_RF")),
     "gon_below_degrees": fault("angle|roll", "vertical_forces_on_the_rail", units={"angle": ("deg", 200/np.pi)}),
     # Times.
-    "pause_of_10_ms": fault("time|Y|vY", "wheel_letter_and_contact_number", paused),
+    "pause_of_10_ms": fault("rows are missing", "wheel_letter_and_contact_number", paused),
     "run_twice_in_one_file": fault("time|row", "a_head_on_every_page", lambda f: pd.concat([f, f], ignore_index=True)),
     "ramp_a_second_late": fault("F_ext|force|time|ramp", "all_columns_backwards", started_late, cases=["ex5_aw"]),
 }

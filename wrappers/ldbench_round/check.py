@@ -20,6 +20,7 @@ from ldbench.results.run_data import RunData, read_data
 
 from .cell_checks import cell_findings
 from .column_names import understood
+from .drift_checks import TIME_ERROR
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, listed
 from .languages import encoding_of
 from .map_guess import AXES, SURE, Guess, guess_map, side_sign
@@ -72,10 +73,12 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
         raise Error(file=file, expected="a name or a header that says the simulation, as ex2_aw, or --simulation", found="neither")
     if comments.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
-    (raw, rounded), own = spread_times(read_raw(file, encoding_of(file, understood))), own_run(task)
+    (raw, error, rounded), own = spread_times(read_raw(file, encoding_of(file, understood))), own_run(task)
     # Our own run of exercise 5 is its first seconds alone.
     guess = guess_map(file, own, raw, Case.exercise(5, task.profiles).t_end if task.exercise == 5 else float(np.ptp(own.time)))
-    return SubmittedFile(task, RunData(file, comments=comments, data=converted(file, raw, guess.map)), guess, rounded)
+    data = converted(file, raw, guess.map)
+    data.attrs[TIME_ERROR] = error
+    return SubmittedFile(task, RunData(file, comments=comments, data=data), guess, rounded)
 
 
 @quiet()

@@ -62,6 +62,7 @@ _WORD = re.compile("|".join(f"(?P<w{k}>{words})" for k, words in enumerate(WORDS
 AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
 #: Places of contacts that stand behind a quantity, and what they mean: wheel and contact by letters, or by letter and number.
 PLACES = {"lt": "lt", "lf": "lf", "rt": "rt", "rf": "rf", "l1": "lt", "l2": "lf", "r1": "rt", "r2": "rf", "11": "lt", "22": "rf"}
+GLUED = re.compile(rf"\b([a-z]*)({'|'.join(PLACES)})\b")
 #: Of two numbers either may be that of the wheel: the numbers of the column decide.
 EITHER = {"12": ("lf", "rt"), "21": ("lf", "rt")}
 LETTERS_EITHER = {"alpha": ("roll", "roll_acc"), "omega": ("roll_rate",)}
@@ -81,9 +82,7 @@ def flat(name: str) -> str:
 def words_of(name: str) -> set[str]:
     """What the words of a name mean; words in one, as in German, are told apart."""
     words = TOWARDS.sub("", flat(name))
-    for glued, quantity, place in re.findall(rf"\b(([a-z]*)({'|'.join(PLACES)}))\b", words):       # as in FnLF, Nf L1, Q11
-        if quantity in LETTERS or (not quantity and not place.isdecimal()):
-            words = words.replace(glued, f"{'rr' if quantity == 'r' else quantity} {PLACES[place]}")
+    words = GLUED.sub(apart, words)
     if re.search("tread|flange", words) and re.search("left|right", words):      # f and r are no places then, as in tread.f_n
         words = re.sub(r"\br ([yz])\b", r"\1c", re.sub(r"\bf ([nyz])\b", r"f\1", words))
     words += ("", " velocity", " acceleration")[min(derivatives(name), 2)]
@@ -92,6 +91,13 @@ def words_of(name: str) -> set[str]:
         if match.lastgroup:
             found.add(list(WORDS)[int(match.lastgroup[1:])])
     return found - {""}
+
+
+def apart(found: re.Match[str]) -> str:
+    """A quantity and its place apart, where they stand together as in FnLF, Nf_L1 and Q11."""
+    quantity, place = found.groups()
+    known = quantity in LETTERS or (not quantity and not place.isdecimal())
+    return f"{'rr' if quantity == 'r' else quantity} {PLACES[place]}" if known else found[0]
 
 
 def derivatives(name: str) -> int:

@@ -80,3 +80,22 @@ def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
         ratio = float(np.sum(change*of_motion)/max(np.sum(of_motion**2), 1e-300))
         yield judged(f"{SUMS.get(column) or quantity(column).words} is that of the motion", error.max(), *WRONG,
                      int(error.argmax()) + 1, f"about {ratio:.3g} times what velocities, or weight, load and Z make")
+
+
+def total_finding(run: RunData, case: Case) -> Iterator[Finding]:
+    """Whether kinetic and potential energy add up to a sum that does not dip and come back: contacts that give store energy in an
+    impact, which the potential energy has to tell. A sum that falls for good is that of a code that loses energy."""
+    parts = [told(run, whole) for whole in (KINETIC, POTENTIAL)]
+    if parts[0] is None or parts[1] is None or "vY" not in run.data:
+        return
+    work = lateral_work(run, case)
+    energy = np.nan_to_num(parts[0] + parts[1] - work)
+    dip = np.minimum(np.maximum.accumulate(energy), np.maximum.accumulate(energy[::-1])[::-1]) - energy
+    size = max(float(np.ptp(parts[0])), float(np.ptp(work)), 1e-300)
+    row = int(dip.argmax())
+    stored = [run.values(part) for part in ENERGY_PARTS[POTENTIAL][2:] if part in run.data]
+    why = ("the elastic energy of the contacts is missing" if not stored else
+           "the elastic energy of the contacts is zero" if not any(np.any(np.nan_to_num(x) != 0) for x in stored) else
+           "the elastic energy of the contacts is another one")
+    yield judged("total energy does not dip in an impact", float(dip[row]/size), *WRONG, row + 1,
+                 f"the sum of kinetic and potential energy dips by {dip[row]:.4g} J and comes back: {why}")

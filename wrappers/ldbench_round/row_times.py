@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ldbench.results.columns import RawTable
+from ldbench.results.columns import UNITS, RawTable
 
 from .column_names import meanings
 
@@ -24,8 +24,9 @@ def rounding_of(t: np.ndarray) -> float:
     return 0.0
 
 
-def spread_times(raw: RawTable) -> tuple[RawTable, str]:
-    """A table whose rows have times of their own, and what was done, in words; '' where nothing was.
+def spread_times(raw: RawTable) -> tuple[RawTable, float, str]:
+    """A table whose rows have times of their own, by what these may be wrong [s], and what was done, in words; 0 and '' where
+    nothing was.
 
     Rows of equal times that differ otherwise were one after the other: the time goes evenly from row to row through the middle of
     each group. A time that falls back by no more than the last digit is that of the row before.
@@ -37,7 +38,7 @@ def spread_times(raw: RawTable) -> tuple[RawTable, str]:
         step, fall = rounding_of(t), float(-np.diff(t).min(initial=0.0))
         tied = np.unique(t).size < TIED*len(np.unique(raw.numbers, axis=0)) if fall <= 0 else True
         if not tied or not 0 < step or fall > 1.0001*step or t[-1] <= t[0]:
-            return raw, ""
+            return raw, 0.0, ""
         level = np.maximum.accumulate(t)
         first = np.flatnonzero(np.concatenate([[True], np.diff(level) > 0]))
         last = np.concatenate([first[1:], [t.size]]) - 1
@@ -47,6 +48,7 @@ def spread_times(raw: RawTable) -> tuple[RawTable, str]:
         numbers[:, k] = np.interp(np.arange(t.size), at, value)
         what = f"{t.size - first.size} of {t.size} rows have the time of the row before" + (
             f", or an earlier one by up to {fall:.3g} {said or 's'}" if fall > 0 else "")
-        return (replace(raw, numbers=numbers),
+        factor = UNITS[said][1] if UNITS.get(said, ("",))[0] == "s" else 1.0
+        return (replace(raw, numbers=numbers), factor*float(np.max(np.abs(numbers[:, k] - t))),
                 f"times have steps of {step:g} {said or 's'}: {what}; rows are taken to be evenly apart")
-    return raw, ""
+    return raw, 0.0, ""
