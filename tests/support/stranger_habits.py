@@ -215,7 +215,8 @@ WAYS = {
     # Times.
     "times_to_a_ms": Habit({"sep": ";"}, change=each(["time"], lambda t: t.round(3)), verdict=DOUBTFUL),
     "times_to_a_ms_but_at_events": Habit({"sep": ";"}, change=coarse_between_events, verdict=DOUBTFUL),
-    "times_half_as_dense_as_rows": Habit({"sep": "\t"}, name=TXT, change=each(["time"], lambda t: (t*5e3).round()/5e3), verdict=DOUBTFUL),
+    "times_half_as_dense_as_rows": Habit({"sep": "\t"}, name=TXT, verdict=DOUBTFUL, change=each(
+        ["time"], lambda t: (t*5e3).round()/5e3)),
 }
 HABITS = {name: way.row() for name, way in WAYS.items()}
 
@@ -319,7 +320,7 @@ PLANTED = {
     "accelerations_half_a_ms_late": fault("acceler|aY|aZ|roll_acc", "every_row_twice", late(5, "aY", "aZ", "roll_acc")),
     "vertical_velocity_of_the_left_wheel": fault("vZ|vertical velocity", "feet_and_kips", lambda f: f.assign(
         vZ=f["vZ"] + 0.75*f["roll_rate"])),
-    "Y_in_cm_below_mm": fault("lateral displacement", "names_units_and_numbers_of_columns", lambda f: f.assign(Y=f["Y"]*0.1), units=MM_KN),
+    "Y_in_cm_below_mm": fault("lateral displacement", "names_units_and_numbers_of_columns", times(0.1, "Y"), units=MM_KN),
     "Y_to_a_mm": fault("lateral|Y", "Q_and_Y_with_two_digits", each(["Y"], lambda y: y.round(3))),
     "start_2_mm_aside": fault("Y|start|time", "unicode_minus", lambda f: f[f["Y"].abs().cummax() >= 0.002].assign(
         time=lambda g: g["time"] - g["time"].iloc[0])),

@@ -153,9 +153,9 @@ def read_rows(lines: Sequence[str], start: int, count: int, separator: str) -> T
 
 
 def _has_numbers(line: str, separator: str) -> bool:
-    """Whether most of the cells of a line are numbers: it is a row that broke off, and no words."""
+    """Whether the first or most of the cells of a line are numbers: it is a row that broke off, and no words."""
     cells = cells_of(line, separator)
-    return 2*sum(map(has_digits, cells)) > len(cells)
+    return has_digits(cells[0]) or 2*sum(map(has_digits, cells)) > len(cells)
 
 
 def _where(table: np.ndarray, lines: Sequence[int]) -> list[tuple[int, int]]:
