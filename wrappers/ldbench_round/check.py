@@ -6,7 +6,7 @@ the simulation serves the map of the columns alone.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,15 @@ from ldbench.results.header import read_comments
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData, read_data
 
+from .cell_checks import cell_findings
+from .column_names import understood
+from .drift_checks import TIME_ERROR
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, listed
+from .languages import encoding_of
 from .map_guess import AXES, SURE, Guess, guess_map, side_sign
 from .own_runs import own_run
 from .physics_checks import law_findings
+from .row_times import spread_times
 from .submissions import complaint, find_files, is_device, quiet
 from .tasks import QUANTITIES, TASKS, Task, task_of
 
@@ -51,6 +56,7 @@ class SubmittedFile:
     task: Task
     run: RunData
     guess: Guess | None             # of the map; None where a map was given or the file has ldbench's header
+    rounded: str = ""               # what was done to times of few digits; '' where nothing was
 
 
 @quiet()
@@ -67,17 +73,22 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
         raise Error(file=file, expected="a name or a header that says the simulation, as ex2_aw, or --simulation", found="neither")
     if comments.settings or map is not None:
         return SubmittedFile(task, read_data(file, map), None)
-    raw, own = read_raw(file), own_run(task)
+    (raw, error, rounded), own = spread_times(read_raw(file, encoding_of(file, understood))), own_run(task)
     # Our own run of exercise 5 is its first seconds alone.
     guess = guess_map(file, own, raw, Case.exercise(5, task.profiles).t_end if task.exercise == 5 else float(np.ptp(own.time)))
-    return SubmittedFile(task, RunData(file, comments=comments, data=converted(file, raw, guess.map)), guess)
+    data = converted(file, raw, guess.map)
+    data.attrs[TIME_ERROR] = error
+    return SubmittedFile(task, RunData(file, comments=comments, data=data), guess, rounded)
 
 
 @quiet()
 def findings_of(one: SubmittedFile) -> tuple[Finding, ...]:
     """All findings about a file that was read."""
     case = Case.exercise(one.task.exercise, one.task.profiles)
-    return (*(map_findings(one.guess) if one.guess else ()), *column_findings(one.run), *law_findings(one.run, case, one.task))
+    found = (*(map_findings(one.guess) if one.guess else ()), *column_findings(one.run),
+             Finding("digits of the times", DOUBTFUL if one.rounded else PASSED, hint=one.rounded),
+             *law_findings(one.run, case, one.task))
+    return tuple(each if each.row is None else replace(each, time=float(one.run.time[each.row - 1])) for each in found)
 
 
 def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Finding]]:
@@ -142,9 +153,6 @@ def column_findings(run: RunData) -> Iterator[Finding]:
     missing = [quantity(column).words for column in QUANTITIES if column not in run.data]
     yield Finding("quantities", FAILED if missing else PASSED, len(QUANTITIES) - len(missing), len(QUANTITIES),
                   hint=f"missing, or not recognised: {listed(missing)}" if missing else "")
-    numbers = run.data.select_dtypes("number")
     if doubt := run.data.attrs.get("doubt"):
         yield Finding("commas", DOUBTFUL, hint=f"'{doubt}' is read with a decimal comma; write numbers without marks of thousands")
-    motion = [c for c in ("Y", "Z", "roll", "vY", "vZ", "roll_rate") if c in numbers]
-    holes = int((~np.isfinite(numbers[motion])).to_numpy().sum()) if motion else 0
-    yield Finding("numbers", FAILED if holes else PASSED, holes, 0, hint="empty cells in the motion" if holes else "")
+    yield from cell_findings(run)

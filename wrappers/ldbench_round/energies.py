@@ -23,11 +23,12 @@ SUMS = {KINETIC: "kinetic energy", POTENTIAL: "potential energy"}
 WRONG = 0.02, 0.1       # of the largest change of an energy: doubtful, wrong
 AT_REST = 20.0          # elastic energy of the contacts at rest, at most [J]; zero may be there or where they are open
 
-KINDS = {"kinetic": r"kinet\w*|cinetique|e?kin|ke|ec", "potential": r"potent\w*|e?pot|pe|ep", "elastic": r"e?elast\w*"}
-WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al",
-         "grav": r"grav(?:ity)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links",
-         "elastic_R": r"right|droite?|rechts"}
-NO_PART = "energy", "energie", "e", "total"
+KINDS = {"kinetic": r"kinet\w*|cinetique|[et]?kin|ke|ec|ek", "potential": r"potent\w*|[eu]?pot|pe|ep",
+         "elastic": r"e?elast\w*|[eu]?el"}
+WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al|phi",
+         "grav": r"g(?:rav(?:ity)?)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links|l",
+         "elastic_R": r"right|droite?|rechts|r"}
+NO_PART = "energy", "energie", "e", "total", "wheelset", "axle", "wheel", "of", "the", "de", "di", "del", "la"
 
 
 def energy_named(words: str) -> str:
@@ -79,3 +80,22 @@ def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
         ratio = float(np.sum(change*of_motion)/max(np.sum(of_motion**2), 1e-300))
         yield judged(f"{SUMS.get(column) or quantity(column).words} is that of the motion", error.max(), *WRONG,
                      int(error.argmax()) + 1, f"about {ratio:.3g} times what velocities, or weight, load and Z make")
+
+
+def total_finding(run: RunData, case: Case) -> Iterator[Finding]:
+    """Whether kinetic and potential energy add up to a sum that does not dip and come back: contacts that give store energy in an
+    impact, which the potential energy has to tell. A sum that falls for good is that of a code that loses energy."""
+    parts = [told(run, whole) for whole in (KINETIC, POTENTIAL)]
+    if parts[0] is None or parts[1] is None or "vY" not in run.data:
+        return
+    work = lateral_work(run, case)
+    energy = np.nan_to_num(parts[0] + parts[1] - work)
+    dip = np.minimum(np.maximum.accumulate(energy), np.maximum.accumulate(energy[::-1])[::-1]) - energy
+    size = max(float(np.ptp(parts[0])), float(np.ptp(work)), 1e-300)
+    row = int(dip.argmax())
+    stored = [run.values(part) for part in ENERGY_PARTS[POTENTIAL][2:] if part in run.data]
+    why = ("the elastic energy of the contacts is missing" if not stored else
+           "the elastic energy of the contacts is zero" if not any(np.any(np.nan_to_num(x) != 0) for x in stored) else
+           "the elastic energy of the contacts is another one")
+    yield judged("total energy does not dip in an impact", float(dip[row]/size), *WRONG, row + 1,
+                 f"the sum of kinetic and potential energy dips by {dip[row]:.4g} J and comes back: {why}")

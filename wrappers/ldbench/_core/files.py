@@ -25,8 +25,8 @@ def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def read_text(path: Path) -> str:
-    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
+def read_text(path: Path, encoding: str = "latin-1") -> str:
+    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in an encoding."""
     if path.is_dir():
         raise Error(file=path, expected="a file", found="a folder", advice="name a file in it")
     data = read_bytes(path)
@@ -36,7 +36,7 @@ def read_text(path: Path) -> str:
         try:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:
-            text = data.decode("latin-1")
+            text = data.decode(encoding, errors="replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

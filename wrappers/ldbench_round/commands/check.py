@@ -21,8 +21,9 @@ from ldbench.commands.options import add_json, add_map, add_simulation, print_js
 from ldbench.number_text import number_text
 from ldbench.tools import complete
 
+from ..cell_checks import NO_NUMBERS
 from ..check import Checked, check_file, check_folder, unlike
-from ..findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ..findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, apart_text
 from ..tasks import task_named
 
 
@@ -71,11 +72,12 @@ def counts(findings: Sequence[Finding]) -> str:
 def print_findings(findings: Sequence[Finding], everything: bool) -> None:
     """Print a line per finding."""
     for finding in findings:
-        if finding.verdict == PASSED and not everything:
+        if finding.verdict == PASSED and not everything and finding.what != NO_NUMBERS:
             continue
-        number = "" if finding.number != finding.number else f" {number_text(finding.number, digits=3, trim=True)}"
+        number = "" if finding.number != finding.number else f" {apart_text(finding.number, [finding.limit])}"
         limit = "" if finding.limit != finding.limit else f" (limit {number_text(finding.limit, digits=3, trim=True)})"
-        row = "" if finding.row is None else f", row {finding.row}"
+        time = "" if finding.time != finding.time else f" at {finding.time:.6g} s"
+        row = "" if finding.row is None else f", row {finding.row}{time}"
         hint = f": {finding.hint}" if finding.hint else ""
         print(f"  {finding.verdict}: {finding.what}{number}{limit if number else ''}{row}{hint}")
 
