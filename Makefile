@@ -52,9 +52,12 @@ endif
 # -fdynamic-heap-array lets local arrays be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
+# What a file keeps that is replaced asks gfortran and POSIX.
+SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,posix)
+
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
 FOLDERS = support profile contact table dynamics rigid program
-SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
+SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90))) fortran/support/$(SYSTEM)/earlier_file.f90
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
@@ -112,6 +115,11 @@ $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 $(BUILD)/table_file.o: $(BUILD)/fingerprint.o
+
+# The intrinsic STAT is gfortran's own.
+ifeq ($(SYSTEM),posix)
+$(BUILD)/earlier_file.o: override WARN += -fall-intrinsics
+endif
 
 # The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
 # executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.

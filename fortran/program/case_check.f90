@@ -2,6 +2,7 @@
 module case_check
   use, intrinsic :: iso_fortran_env, only: input_unit
   use case, only: admissible, case_type, list_variables, output_path, range_text, text_length, value_text, variable_type
+  use earlier_file, only: followed
   use errors, only: error_type, refuse
   use kinds, only: dp
   use system, only: default_folder, lacks_folder, last_slash, scratch_file
@@ -86,6 +87,7 @@ contains
   logical function same_file(written, other)
     character(*), intent(in) :: written, other
     type(scratch_file) :: probe
+    character(:), allocatable :: a, b          ! where links lead to
     integer :: unit
 
     if (other == '-') then
@@ -93,10 +95,12 @@ contains
       same_file = unit == input_unit
       return
     end if
-    same_file = written == other
-    if (same_file .or. lower(written(last_slash(written) + 1:)) /= lower(other(last_slash(other) + 1:))) return
-    if (.not. lacks_folder(written)) call probe%begin(written)
-    if (probe%ok) inquire (file=other//probe%ending, exist=same_file)
+    a = followed(written)
+    b = followed(other)
+    same_file = a == b
+    if (same_file .or. lower(a(last_slash(a) + 1:)) /= lower(b(last_slash(b) + 1:))) return
+    if (.not. lacks_folder(a)) call probe%begin(a)
+    if (probe%ok) inquire (file=b//probe%ending, exist=same_file)
     call probe%abandon()
   end function same_file
 
