@@ -26,7 +26,7 @@ from .table import ContactTable
 if TYPE_CHECKING:       # what draws and makes frames is imported where it is needed: it takes longer than a short run
     import pandas as pd
 
-    from .plots.document import Figures
+    from .plots.sheets import Figures
     from .viewer.page import Page
 
 log = logging.getLogger(__name__)
@@ -85,7 +85,8 @@ class Run(RunData):
         return drawn(self)
 
     def save_plots(self, path: str | os.PathLike[str] = "") -> Path:
-        """Write these figures as the pages of a PDF, by default NAME.pdf here; returns its path."""
+        """Write these figures as the pages of a PDF, by default NAME.pdf here, or below each other as a picture .svg
+        or .png; returns its path."""
         from .plots.document import plot_runs
 
         target = Path(path or f"{self.name}.pdf")

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 #: The commands in the order of the help, and what they do.
 COMMANDS = {
@@ -47,6 +49,13 @@ NEXT = {
 
 #: The commands of a round of the benchmark, which a package beside this one has.
 ROUND = "check", "score", "fingerprint", "collate"
+
+
+def guessed_map(file: Path, simulation: str) -> dict[str, Any] | None:
+    """The map of another code's columns that `check` guesses for a simulation of the benchmark, the file's own where '' is given;
+    None where nothing tells the simulation."""
+    found: dict[str, Any] | None = import_module("ldbench_round.check").guessed_map(file, simulation)
+    return found
 
 
 def module_of(name: str) -> ModuleType:
