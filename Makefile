@@ -325,7 +325,7 @@ install:
 	install -d "$(DESTDIR)$(PREFIX)/bin" "$(SHARE)/inputs" "$(SHARE)/profiles"
 	install $(EXE) "$(DESTDIR)$(PREFIX)/bin"
 	install -m 644 inputs/*.nml "$(SHARE)/inputs"
-	install -m 644 profiles/*.yz profiles/*.bodies "$(SHARE)/profiles"
+	install -m 644 profiles/*.yz profiles/*.bodies profiles/*.toml "$(SHARE)/profiles"
 	install -m 644 LICENSE CITATION.cff "$(SHARE)"
 
 reference:

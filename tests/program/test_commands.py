@@ -127,6 +127,7 @@ def examples() -> Iterator[str]:
 # Only parsed, as it stands: what takes minutes, needs another machine, or is run elsewhere.
 ONLY_PARSED = {"ldbench report": "test_report.py makes one",
                "ldbench trust": "test_trust.py runs it",
+               "ldbench submit": "test_submit.py runs it",
                "--scheduler tcp://": "a scheduler on another machine",
                **dict.fromkeys(("compare outputs/ex2_aw.txt other", "view outputs/ex2_aw.txt other", "plot outputs/ex1_aw.txt"),
                                "docs/compare.md has it"),
