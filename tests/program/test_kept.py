@@ -55,6 +55,19 @@ def test_python_keeps_it_too(tmp_path: Path, caplog: pytest.LogCaptureFixture):
     assert f"kept: {tmp_path/'columns.1.txt'}" in caplog.text and (tmp_path/"columns.1.txt").read_bytes() == earlier
 
 
+def test_python_tells_of_a_file_that_it_does_not_write(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    """`run` writes no file that the case names; the log says so, and what writes it."""
+    case = Case.exercise(1).replace(model="hertz", t_end=1e-3, table_folder="", output_file=tmp_path/NAME)
+    with caplog.at_level(logging.INFO, "ldbench"):
+        made_here = run(case)
+    assert f"not written: {tmp_path/NAME}, which the case names; write()" in caplog.text and not (tmp_path/NAME).exists()
+    assert made_here.write() == str(tmp_path/NAME) and (tmp_path/NAME).is_file()
+    caplog.clear()
+    with caplog.at_level(logging.INFO, "ldbench"):
+        run(case.replace(output_file=""))
+    assert "not written" not in caplog.text
+
+
 def test_a_roll_rate_that_does_not_fit_vy_is_one_warning(tmp_path: Path):
     """The change of vY alone is told on the terminal, in the column file and in Python; no case that fits is."""
     told, columns = made(tmp_path, vY=0.7, roll_rate=0.01667)

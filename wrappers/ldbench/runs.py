@@ -184,8 +184,8 @@ class ComputedRun(Run):
 
 
 def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
-    """Run a case, or a namelist file; nothing is written but contact tables, where the case names a folder for them. For a
-    mapping of values make a case: `run(Case(values))`.
+    """Run a case, or a namelist file; nothing is written but contact tables, where the case names a folder for them: `write()` of
+    the run writes the column file that the case names. For a mapping of values make a case: `run(Case(values))`.
 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
     with stage 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
@@ -193,7 +193,10 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     so does any exception in `progress`. Other Python threads go on meanwhile. Every line of `run.warnings` is a
     `ldbench.Warning`.
     """
-    done = compute(Case.given(case), progress, table)
+    case = Case.given(case)
+    done = compute(case, progress, table)
+    if case.output_file:
+        log.info("not written: %s, which the case names; write() of the run writes it", case.output_file)
     for words in done.warnings:
         warnings.warn(words, Warning, stacklevel=2)
     return done
