@@ -52,9 +52,12 @@ endif
 # -fdynamic-heap-array lets local arrays be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
+# What a file keeps that is replaced asks gfortran and POSIX.
+SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,posix)
+
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
 FOLDERS = support profile contact table dynamics rigid program
-SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
+SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90))) fortran/support/$(SYSTEM)/links_and_modes.f90
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
@@ -93,12 +96,9 @@ $(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
 
 # On Windows names of files are UTF-8 only if a manifest says so.
 ifeq ($(suffix $(EXE)),.exe)
-$(EXE): $(BUILD)/manifest.o $(BUILD)/readlink.o
+$(EXE): $(BUILD)/manifest.o
 $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/ldbench.manifest | $(BUILD)
 	$(FC:gfortran=windres) $< $@
-# Windows has no function readlink.
-$(BUILD)/readlink.o: fortran/support/windows/readlink.f90 | $(BUILD)
-	$(FC) $(FFLAGS) $(WARN) -c -o $@ $<
 endif
 
 $(EXE): $(BUILD)/ldbench.o $(OBJECTS) $(OWN)
@@ -115,6 +115,11 @@ $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 $(BUILD)/table_file.o: $(BUILD)/fingerprint.o
+
+# The intrinsic STAT is gfortran's own.
+ifeq ($(SYSTEM),posix)
+$(BUILD)/links_and_modes.o: override WARN += -fall-intrinsics
+endif
 
 # The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
 # executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.
@@ -320,7 +325,7 @@ install:
 	install -d "$(DESTDIR)$(PREFIX)/bin" "$(SHARE)/inputs" "$(SHARE)/profiles"
 	install $(EXE) "$(DESTDIR)$(PREFIX)/bin"
 	install -m 644 inputs/*.nml "$(SHARE)/inputs"
-	install -m 644 profiles/*.yz profiles/*.bodies "$(SHARE)/profiles"
+	install -m 644 profiles/*.yz profiles/*.bodies profiles/*.toml "$(SHARE)/profiles"
 	install -m 644 LICENSE CITATION.cff "$(SHARE)"
 
 reference:

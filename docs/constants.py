@@ -15,7 +15,7 @@ from ldbench.profiles import profile
 from ldbench.results.contact_intervals import CLOSED
 from ldbench.results.quantities import PAIRS
 from ldbench_round import energies, fingerprint, jumps, kept_entries, physics_checks, row_checks
-from ldbench_round.tasks import CLEARANCES
+from ldbench_round.tasks import clearances
 from quotes import table
 
 CORE = Path(__file__).resolve().parents[1]/"fortran"
@@ -57,7 +57,7 @@ def call_table() -> str:
 def clearance_table() -> str:
     """The clearances that the call publishes."""
     return table(("profiles", "published clearance, left and right"),
-                 ((PAIRS[pair], shown(size, "mm")) for pair, size in CLEARANCES.items()))
+                 ((PAIRS[pair], shown(size, "mm")) for pair, size in clearances().items()))
 
 
 def theory_table() -> str:

@@ -4,6 +4,7 @@ module case_check
   use case, only: admissible, case_type, list_variables, output_path, range_text, text_length, value_text, variable_type
   use errors, only: error_type, refuse
   use kinds, only: dp
+  use links_and_modes, only: follow_links
   use places, only: find_file, folder_of
   use system, only: default_folder, lacks_folder, last_slash, scratch_file
   use text, only: lower, str
@@ -91,6 +92,7 @@ contains
   logical function same_file(written, other)
     character(*), intent(in) :: written, other
     type(scratch_file) :: probe
+    character(:), allocatable :: a, b          ! where links lead to
     integer :: unit
 
     if (other == '-') then
@@ -98,10 +100,12 @@ contains
       same_file = unit == input_unit
       return
     end if
-    same_file = written == other
-    if (same_file .or. .not. same_name(written, other)) return
-    if (.not. lacks_folder(written)) call probe%begin(written)
-    if (probe%ok) inquire (file=other//probe%ending, exist=same_file)
+    call follow_links(written, a)
+    call follow_links(other, b)
+    same_file = a == b
+    if (same_file .or. .not. same_name(a, b)) return
+    if (.not. lacks_folder(a)) call probe%begin(a)
+    if (probe%ok) inquire (file=b//probe%ending, exist=same_file)
     call probe%abandon()
   end function same_file
 

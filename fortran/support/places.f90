@@ -4,8 +4,8 @@
 !> folder above it, because inputs/ may stand beside profiles/; then among the files that were installed with the program.
 !> Results go to the working folder. Contact tables go to the user's cache where their own folder may not be written.
 module places
-  use, intrinsic :: iso_c_binding, only: c_char, c_intptr_t, c_null_char, c_size_t
   use errors, only: error_type, fatal_error
+  use links_and_modes, only: follow_links, read_link
   use system, only: last_slash, make_folder, scratch_file
   implicit none
   private
@@ -16,16 +16,6 @@ module places
     character(:), allocatable :: folder    !! of the namelist; '' or not allocated: the namelist is no file
     character(:), allocatable :: share     !! that was installed with the program; '' or not allocated: none
   end type places_type
-
-  interface
-    !> Function of POSIX that gives the target of a symbolic link, or -1. Windows has none: support/windows stands in for it.
-    integer(c_intptr_t) function c_readlink(path, target, most) bind(c, name='readlink')
-      import :: c_char, c_intptr_t, c_size_t
-      character(kind=c_char), intent(in) :: path(*)
-      character(kind=c_char), intent(out) :: target(*)
-      integer(c_size_t), value :: most
-    end function c_readlink
-  end interface
 
 contains
 
@@ -93,19 +83,12 @@ contains
   !> Find the folder of the running program, links resolved: Linux tells the program, elsewhere the command that started it does.
   subroutine own_folder(folder)
     character(:), allocatable, intent(out) :: folder
-    integer, parameter :: most_links = 40      ! as in Linux: links may lead to each other
-    character(:), allocatable :: path, target
-    integer :: k
+    character(:), allocatable :: path, file
 
     call read_link('/proc/self/exe', path)
     if (path == '') call find_command(path)
-    do k = 1, most_links
-      call read_link(path, target)
-      if (target == '') exit
-      if (.not. is_absolute(target)) target = path(:last_slash(path))//target
-      call move_alloc(target, path)
-    end do
-    call folder_of(path, folder)
+    call follow_links(path, file)
+    call folder_of(file, folder)
   end subroutine own_folder
 
   !> Find the path of the program by the command that started it: the shell looks for a plain name in the folders of PATH, cmd of
@@ -136,17 +119,6 @@ contains
     end do
     path = name
   end subroutine find_command
-
-  !> The target of a symbolic link; '' where a path is none.
-  subroutine read_link(path, target)
-    character(*), intent(in) :: path
-    character(:), allocatable, intent(out) :: target
-    character(4096) :: buffer
-    integer :: n
-
-    n = int(c_readlink(path//c_null_char, buffer, len(buffer, c_size_t)))
-    target = buffer(:max(n, 0))
-  end subroutine read_link
 
   !> The folder that keeps contact tables: the one that the case names; where that may not be written, ldbench in the user's cache;
   !> '' where that may not be written, either.

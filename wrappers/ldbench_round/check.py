@@ -28,7 +28,7 @@ from .own_runs import own_run
 from .physics_checks import law_findings
 from .row_times import spread_times
 from .submissions import complaint, find_files, is_device, quiet
-from .tasks import QUANTITIES, TASKS, Task, task_of
+from .tasks import QUANTITIES, TASKS, Task, task_named, task_of
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,14 @@ def read_submitted(file: Path, task: Task | None = None, map: Any = None) -> Sub
     return SubmittedFile(task, RunData(file, comments=comments, data=data), guess, rounded)
 
 
+def guessed_map(file: Path, simulation: str = "") -> dict[str, dict[str, Any]] | None:
+    """The map of the columns of a file without ldbench's header; None where neither the name of the file nor `simulation` says
+    which simulation it is."""
+    task = task_named(simulation) if simulation else task_of(file)
+    guess = read_submitted(file, task).guess if task else None
+    return guess.map if guess else None
+
+
 @quiet()
 def findings_of(one: SubmittedFile) -> tuple[Finding, ...]:
     """All findings about a file that was read."""
@@ -100,7 +108,7 @@ def check_folder(folder: Path, map: Any = None) -> tuple[list[Checked], list[Fin
     found = find_files(folder, left_out)
     missing = [task.words for task in TASKS if task not in found]
     folder_findings = [Finding("ten files", FAILED if missing else PASSED, len(found), len(TASKS),
-                               hint=f"missing: {listed(missing)}" if missing else ""),
+                               hint=f"missing: {listed(missing)}" if missing else "", items=tuple(missing)),
                        *(Finding("file", UNKNOWN, hint=line) for line in left_out)]
     checked = []
     for task, file in found.items():
@@ -115,7 +123,7 @@ def map_findings(guess: Guess) -> Iterator[Finding]:
     """What the map says about frame, units and names."""
     matches = guess.matches
     wrong = [f"{m.name} says {m.said}, its numbers are in {m.unit}" for m in matches.values() if m.said and m.said != m.unit]
-    yield Finding("units", FAILED if wrong else PASSED, len(wrong), 0, hint=listed(wrong))
+    yield Finding("units", FAILED if wrong else PASSED, len(wrong), 0, hint=listed(wrong), items=tuple(wrong))
     for words, sense in FRAME.items():
         signs = {column: side_sign(matches[column])*matches[column].sign for column in AXES[words] if column in matches}
         if not signs:
@@ -125,13 +133,13 @@ def map_findings(guess: Guess) -> Iterator[Finding]:
         if turned:
             odd = [matches[c].name for c in signs if (signs[c] < 0) != most] or [matches[c].name for c in turned]
             yield Finding(f"{words} axis", FAILED, len(odd), 0,
-                          hint=f"{listed(odd)}: the sign is another one than that of the other columns")
+                          hint=f"{listed(odd)}: the sign is another one than that of the other columns", items=tuple(odd))
         else:
             yield Finding(f"{words} axis", DOUBTFUL if most and sense else PASSED,
                           hint=f"positive {sense}; the call has the opposite" if most and sense else "")
     by_name = unlike(guess)
     yield Finding("columns behave as their names say", DOUBTFUL if by_name else PASSED, len(by_name), 0,
-                  hint=f"recognised by the name alone: {listed(by_name)}" if by_name else "")
+                  hint=f"recognised by the name alone: {listed(by_name)}" if by_name else "", items=tuple(by_name))
     if matches["time"].offset:
         yield Finding("zero of time", DOUBTFUL, -matches["time"].offset, 0,
                       hint="the first row is not at t = 0; the map shifts the time")
@@ -152,7 +160,7 @@ def column_findings(run: RunData) -> Iterator[Finding]:
     """Which quantities of the call the file has."""
     missing = [quantity(column).words for column in QUANTITIES if column not in run.data]
     yield Finding("quantities", FAILED if missing else PASSED, len(QUANTITIES) - len(missing), len(QUANTITIES),
-                  hint=f"missing, or not recognised: {listed(missing)}" if missing else "")
+                  hint=f"missing, or not recognised: {listed(missing)}" if missing else "", items=tuple(missing))
     if doubt := run.data.attrs.get("doubt"):
         yield Finding("commas", DOUBTFUL, hint=f"'{doubt}' is read with a decimal comma; write numbers without marks of thousands")
     yield from cell_findings(run)

@@ -25,6 +25,14 @@ class Finding:
     row: int | None = None          # row of the file's numbers, from 1, where it is worst
     hint: str = ""                  # what it may come from
     time: float = np.nan            # of the row [s]
+    items: tuple[str, ...] = ()     # all of them, where the hint has the first few of many
+
+    def told(self, whole: bool) -> str:
+        """The hint; with the whole list of its items, or with the option of `check` that gives it."""
+        short = listed(self.items)
+        if not self.items or short == ", ".join(self.items):
+            return self.hint
+        return self.hint.replace(short, "; ".join(self.items) if whole else f"{short} (-v names all)")
 
 
 def judged(what: str, number: float, doubtful: float, failed: float, row: int | None = None, hint: str = "") -> Finding:
