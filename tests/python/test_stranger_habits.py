@@ -36,12 +36,13 @@ def some(names: Mapping[str, Any]) -> list[str]:
 
 
 @pytest.fixture
-def judge(ours: dict[Task, Run], tmp_path: Path) -> Callable[[Row], tuple[list[Finding], str]]:
+def judge(ours: dict[Task, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Row], tuple[list[Finding], str]]:
     """The findings about the file of a row, and the error where it is refused."""
     def judged(row: Row) -> tuple[list[Finding], str]:
         case = row.cases[0] if row.cases else "ex2_aw"
         frame = next((found.data for task, found in ours.items() if task.name == case), None)
         if frame is None:
+            monkeypatch.setattr("ldbench_round.own_runs._OWN", {})      # the shipped runs have no contact table for exercise 5
             frame = run(Case.exercise(int(case[2]), case[-2:]).replace(interval=2.5e-4)).data
         (name, text), = files(row, {case: frame}).items()
         (tmp_path/name).write_bytes(text if isinstance(text, bytes) else text.encode())

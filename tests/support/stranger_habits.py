@@ -296,12 +296,16 @@ PLANTED = {
     "total_energy_without_the_elastic": fault("energy", "closing_words", order=CALL, extra=energies_without_the_elastic),
     "energies_in_kJ_below_J": fault("energy", "last_line_END", times(1e-3, *ENERGY)),
     "roll_energy_of_the_pitch_inertia": fault("energy", "matrix_of_matlab", times(168/656, "KE_roll")),
+    "elastic_energies_of_the_other_wheel": fault("elastic energy", "labview", lambda f: f.assign(
+        PE_elastic_L=f["PE_elastic_R"], PE_elastic_R=f["PE_elastic_L"])),
     # Drifts and one row.
     "Y_drifts_by_0.2_mm": fault("Y", "not_available_of_a_spreadsheet", drift(0.0002, "Y")),
     "Z_drifts_by_0.1_mm": fault("Z", "polish", drift(0.0001, "Z")),
     "roll_drifts_by_0.2_mrad": fault("roll", "small_d_without_sign", drift(0.0002, "roll")),
     "one_Y_off_by_1_mm": fault("Y", "tecplot", at_row(0.09, "Y", lambda y: y + 0.001)),
     "one_aZ_hundredfold": fault("aZ|vertical acceleration", "pipes", at_row(0.09, "aZ", lambda a: 100*a)),
+    "one_y_of_a_tread_off_by_5_mm": fault("y_LT", "frame_of_r", at_row(0.01, "y_LT", lambda y: y + 0.005)),
+    "one_Fz_a_third_larger": fault("vertical", "units_in_a_comment", at_row(0.09, "Fz_RT", lambda force: 1.3*force + 1e4)),
     "values_frozen_for_3_ms": fault("Y|vY|time|velocity", "units_above_names", frozen),
     # Forces.
     "flange_forces_all_zero": fault("flange|N_LF", "frame_of_r", both(

@@ -23,8 +23,8 @@ def cell_findings(run: RunData) -> Iterator[Finding]:
     contacts."""
     words = [word for word in run.data.attrs.get("words", ()) if word.word.lower() not in USUAL]
     if words:
-        told = [f"'{one.word[:20]}' {counted(one.count, 'time')}, first in line {one.line}, column {one.column}" for one in words]
-        yield Finding(NO_NUMBERS, PASSED, sum(one.count for one in words), hint=listed(told))
+        told = [f"'{one.word[:20]}' {counted(one.number, 'time')}, first in line {one.line}, column {one.column}" for one in words]
+        yield Finding(NO_NUMBERS, PASSED, sum(one.number for one in words), hint=listed(told))
     empty = {column: ~np.isfinite(run.values(column)) for column in MOTION if column in run.data}
     yield of_holes("numbers", {column: where for column, where in empty.items() if column not in ACCELERATIONS}, FAILED)
     yield of_holes("numbers of accelerations", {column: empty[column] for column in ACCELERATIONS if column in empty}, DOUBTFUL)
@@ -37,11 +37,15 @@ def missing_forces(run: RunData, contact: str) -> Iterator[tuple[str, np.ndarray
     that is not zero while some force presses, or between rows with large forces."""
     own = {column: run.values(column) for name in PER_CONTACT if (column := f"{name}_{contact}") in run.data}
     forces = {column: x for column, x in own.items() if column.startswith(("N_", "F"))}
-    closed = np.any([np.nan_to_num(x) != 0 for x in forces.values()], axis=0) if forces else None
+    if not forces:
+        return
+    closed = np.any([np.nan_to_num(x) != 0 for x in forces.values()], axis=0)
     # A code may keep the last place of an open contact.
     places = [x for column, x in own.items() if column not in forces]
-    placed = np.all([np.isfinite(x) for x in places], axis=0) & (
-        np.any([np.abs(np.diff(x, prepend=x[:1])) > 0 for x in places], axis=0)) if places else False
+    placed = np.zeros(closed.size, bool)
+    if places:
+        moves = np.any([np.abs(np.diff(x, prepend=x[:1])) > 0 for x in places], axis=0)
+        placed = moves & np.all([np.isfinite(x) for x in places], axis=0)
     for column, x in forces.items():
         known = np.flatnonzero(np.isfinite(x))
         if not known.size or known.size == x.size:

@@ -96,7 +96,7 @@ def words_of(name: str) -> set[str]:
 def apart(found: re.Match[str]) -> str:
     """A quantity and its place apart, where they stand together as in FnLF, Nf_L1 and Q11."""
     quantity, place = found.groups()
-    known = quantity in LETTERS or (not quantity and not place.isdecimal())
+    known = found[0] not in LETTERS and (quantity in LETTERS or not (quantity or place.isdecimal()))
     return f"{'rr' if quantity == 'r' else quantity} {PLACES[place]}" if known else found[0]
 
 

@@ -14,17 +14,20 @@ from ldbench.constants import CONTACTS
 from ldbench.results.derived import cumulative
 from ldbench.results.run_data import RunData
 
+from .column_names import UNIT_OF
 from .findings import Finding, judged
 from .lattice import digit_noise
 from .row_checks import has, lateral_force, total, weight_of
 
 DRIFT = 3e-3, 0.1           # of the range of a displacement: doubtful, wrong
 ALONE = 3e-3, 0.02          # of the range of a displacement, of one value beside its neighbours: doubtful, wrong
+ASIDE = 1e-3                # of one place or radius of a contact: doubtful [m]
 LONELY = 10.0               # how many times larger than its neighbours' a bend is that one wrong value makes
 ALIKE = 0.3                 # relative error of the bends of the rows before and behind, which have half the size
 OBEYING = 1e-3, 0.9         # of the largest force: what is left of Newton's law in rows that obey it; share of such rows
-BROKEN = 0.02, 0.1          # of the largest force, in a row of a file that obeys: doubtful, wrong
+BROKEN = 0.005, 0.1         # of the largest force, in a row of a file that obeys: doubtful, wrong
 TIME_ERROR = "time_error"   # in the attributes of a frame: by what times of few digits may be wrong [s]
+PLACES = "y", "z", "radius"
 DISPLACEMENTS = ("Y", "vY", "lateral"), ("Z", "vZ", "vertical"), ("roll", "roll_rate", "roll")
 
 
@@ -42,6 +45,8 @@ def drift_findings(run: RunData, case: Case, closed: list[str], rigid: bool, den
         yield lonely_finding(x, words, run)
         if x in closed and has(run, v) and np.isfinite(run.values(v)).all():
             yield drift_finding(x, v, words, run, rigid)
+    for contact in CONTACTS:
+        yield from (place_finding(column, run) for name in PLACES if has(run, column := f"{name}_{contact}"))
     if dense:
         yield from newton_findings(run, case)
 
@@ -63,14 +68,29 @@ def drift_finding(x: str, v: str, words: str, run: RunData, rigid: bool) -> Find
     size = max(float(np.ptp(place)), 1e-300)
     beyond = np.maximum(left - vague, 0.0)/size
     row = int(beyond.argmax())
-    unit = run.data.attrs.get("units", {}).get(x, "m" if x != "roll" else "rad")
     return judged(f"{x} does not drift", float(beyond[row]), *DRIFT, row + 1,
-                  f"{x} and the integral of the {words} velocity go {left[row]:.3g} {unit} apart")
+                  f"{x} and the integral of the {words} velocity go {left[row]:.3g} {UNIT_OF[x]} apart")
 
 
 def lonely_finding(x: str, words: str, run: RunData) -> Finding:
     """Whether one value of a displacement stands apart from those before and behind it."""
-    t, place = run.time, run.values(x)
+    bend, row = loneliest(run.time, run.values(x))
+    return judged(f"no value of {x} stands alone", bend/max(float(np.ptp(run.values(x))), 1e-300), *ALONE, row + 1,
+                  f"the {words} displacement of one row is {bend:.3g} {UNIT_OF[x]} beside those before and behind it")
+
+
+def place_finding(column: str, run: RunData) -> Finding:
+    """Whether one place or radius of a closed contact stands apart from those before and behind it."""
+    force = f"N_{column[-2:]}"
+    closed = np.nan_to_num(run.values(force)) > 0 if has(run, force) else np.ones(run.time.size, bool)
+    bend, row = loneliest(run.time, np.where(closed, run.values(column), np.nan))
+    return judged(f"no value of {column} stands alone", bend, ASIDE, np.inf, row + 1,
+                  f"[m]; {column} of one row is so far from those before and behind it")
+
+
+def loneliest(t: np.ndarray, place: np.ndarray) -> tuple[float, int]:
+    """By how much the loneliest of some values stands apart from those before and behind it, and its row from 0; 0 where none does.
+    Values that are no number are no neighbours."""
     before, behind = np.maximum(np.diff(t)[:-1], 0.0), np.maximum(np.diff(t)[1:], 0.0)
     share = np.divide(before, before + behind, out=np.full(before.size, 0.5), where=before + behind > 0)
     bend = np.zeros(t.size)
@@ -81,10 +101,9 @@ def lonely_finding(x: str, words: str, run: RunData) -> Finding:
         (1, _moved(share, -1)), (-1, 1 - _moved(share, 1)))]
     alone = (np.abs(bend) > LONELY*others) & (np.maximum(*halves) < ALIKE*np.abs(bend))
     alone[:2] = alone[-2:] = False
-    size = np.where(alone, np.abs(bend), 0.0)/max(float(np.ptp(place)), 1e-300)
+    size = np.where(alone, np.abs(bend), 0.0)
     row = int(size.argmax())
-    return judged(f"no value of {x} stands alone", float(size[row]), *ALONE, row + 1,
-                  f"the {words} displacement of one row is {abs(bend[row]):.3g} beside those before and behind it")
+    return float(size[row]), row
 
 
 def _moved(share: np.ndarray, way: int) -> np.ndarray:

@@ -82,6 +82,24 @@ def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
                      int(error.argmax()) + 1, f"about {ratio:.3g} times what velocities, or weight, load and Z make")
 
 
+def side_findings(run: RunData) -> Iterator[Finding]:
+    """Whether the elastic energy of a wheel stays what it is while none of its contacts presses."""
+    for side, words in ("L", "left"), ("R", "right"):
+        column, forces = f"PE_elastic_{side}", [f"N_{side}{part}" for part in "TF"]
+        if not all(name in run.data for name in (column, *forces)):
+            continue
+        energy, pressed = run.values(column), np.any([np.nan_to_num(run.values(name)) != 0 for name in forces], axis=0)
+        # Rows beside a contact may be those of its beginning and its end.
+        free = ~np.convolve(pressed, np.ones(3), "same").astype(bool) & np.isfinite(energy)
+        size = float(np.ptp(energy[np.isfinite(energy)])) if np.isfinite(energy).any() else 0.0
+        if free.sum() < 2 or not size:
+            continue
+        error = np.where(free, np.abs(energy - np.median(energy[free])), 0.0)/size
+        row = int(error.argmax())
+        yield judged(f"no elastic energy of the {words} wheel in the air", float(error[row]), *WRONG, row + 1,
+                     f"it changes by {error[row]*size:.4g} J while no contact of this wheel presses; are the wheels exchanged?")
+
+
 def total_finding(run: RunData, case: Case) -> Iterator[Finding]:
     """Whether kinetic and potential energy add up to a sum that does not dip and come back: contacts that give store energy in an
     impact, which the potential energy has to tell. A sum that falls for good is that of a code that loses energy."""

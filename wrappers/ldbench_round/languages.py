@@ -55,7 +55,7 @@ def bare(words: str) -> str:
     return "".join(c for c in parts if not unicodedata.combining(c))
 
 
-# Of two patterns at one place the longer one is meant: those of more letters stand first.
+# The longer of two patterns at one place is meant, so those of more letters stand first.
 _WORDS = sorted(((bare(word), english) for english, words in FOREIGN.items() for word in re.split(r"\|(?![^(]*\))", words)),
                 key=lambda pair: -len(pair[0]))
 _WORD = re.compile("|".join(f"({word})" for word, _ in _WORDS))

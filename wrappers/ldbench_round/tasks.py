@@ -17,7 +17,7 @@ PER_CONTACT = "angle", "N", "Fz", "Fy", "y", "z", "radius"
 #: Columns of a submission: motion in the track frame, then the quantities of every contact.
 QUANTITIES = (*MOTION, *(f"{name}_{contact}" for name in PER_CONTACT for contact in CONTACTS))
 
-# Of column files.
+# Endings of column files.
 ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn", ".lis", ".lst", ".lvm", ".m", ".md", ".plt", ".res"}
 EXERCISE = re.compile(r"(?:ex(?:ercise)?|case|run|e)[ _.-]*([1-5])(?!\d)", re.IGNORECASE)
 CLEARANCES = "profiles/clearances.toml"     # found as profiles are: the clearance of one side by the pair of profiles [mm]

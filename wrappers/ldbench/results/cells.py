@@ -26,7 +26,7 @@ class Word(NamedTuple):
     """A word that stands for no number."""
 
     word: str           # '' for empty cells
-    count: int          # how often
+    number: int         # how often
     line: int           # where it is first, from 1
     column: int         # there, from 1
 
