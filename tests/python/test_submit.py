@@ -1,6 +1,7 @@
 """What a participant sends: all of it, checked, and never over anything of somebody's own."""
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import shutil
@@ -157,6 +158,23 @@ def test_nothing_of_somebody_s_own_is_replaced(name: str, folder: Path, capsys: 
         with zipfile.ZipFile(target, "a") as archive:
             archive.writestr("notes.txt", "mine")
         refused()
+
+
+@pytest.mark.parametrize("name", ["mine", "mine.zip"])
+def test_a_full_disk_is_one_line_and_leaves_the_earlier_parcel(name: str, folder: Path, capsys: pytest.CaptureFixture[str],
+                                                               monkeypatch: pytest.MonkeyPatch):
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    assert main(["submit", "outputs", "-o", name]) == 0
+    before = contents(Path(name))
+    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", full)
+    capsys.readouterr()
+    assert main(["submit", "outputs", "-o", name]) == 1
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said == f"ldbench: error: {name}: cannot be written completely: No space left on device"
+    assert contents(Path(name)) == before and {one.name for one in Path().iterdir()} == {"outputs", name}
 
 
 def test_usage(folder: Path, capsys: pytest.CaptureFixture[str]):

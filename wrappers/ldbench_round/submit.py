@@ -159,9 +159,10 @@ def send(parcel: Parcel, target: Path) -> list[str]:
         if target.exists():
             shutil.rmtree(target)
         scratch.rename(target)
-    except BaseException:
-        shutil.rmtree(scratch, ignore_errors=True)
-        raise
+    except OSError as error:
+        raise Error(f"cannot be written completely: {error.strerror or error}", file=target) from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)      # is gone where all went well
     return list(contents)
 
 
