@@ -2,8 +2,8 @@
 
 A row is that of `stranger_files`. HABITS are faultless; a verdict stands where a frame, a sign or a coarse time is to be told.
 PLANTED has one fault in each file, written by such a habit, and the words of which one must stand in what the reader is told.
-Files and faults were written without reading the code that judges them, but for the faults of AFTERWARDS; the words that a fault asks
-for, and the verdict on coarse times, follow the terms of the findings.
+Files and faults were written without reading the code that judges them, but for the faults of AFTERWARDS; the words that a fault
+asks for, and the verdict on coarse times, follow the terms of the findings.
 """
 from __future__ import annotations
 
