@@ -2,7 +2,8 @@
 
 A row is that of `stranger_files`. HABITS are faultless; a verdict stands where a frame, a sign or a coarse time is to be told.
 PLANTED has one fault in each file, written by such a habit, and the words of which one must stand in what the reader is told.
-Written without reading the code that judges files.
+Files and faults were written without reading the code that judges them, but for the faults of AFTERWARDS; the words that a fault
+asks for, and the verdict on coarse times, follow the terms of the findings.
 """
 from __future__ import annotations
 
@@ -339,3 +340,5 @@ PLANTED = {
     "run_twice_in_one_file": fault("time|row", "a_head_on_every_page", lambda f: pd.concat([f, f], ignore_index=True)),
     "ramp_a_second_late": fault("F_ext|force|time|ramp", "all_columns_backwards", started_late, cases=["ex5_aw"]),
 }
+# Faults that passed when the rules had been made for the others; rules were made for these, too.
+AFTERWARDS = "elastic_energies_of_the_other_wheel", "one_y_of_a_tread_off_by_5_mm", "one_Fz_a_third_larger"

@@ -13,7 +13,6 @@ from .findings import DOUBTFUL, FAILED, PASSED, Finding, listed
 from .tasks import MOTION, PER_CONTACT
 
 NO_NUMBERS = "words for no number"
-USUAL = "", "nan"       # words in cells of open contacts that need no telling
 LARGE = 0.25            # share of the largest force in the rows before and behind from which a contact was closed between them
 ACCELERATIONS = MOTION[6:]
 
@@ -21,8 +20,7 @@ ACCELERATIONS = MOTION[6:]
 def cell_findings(run: RunData) -> Iterator[Finding]:
     """The words that were read as no number, and the numbers that are missing: in the motion, and in the forces of closed
     contacts."""
-    words = [word for word in run.data.attrs.get("words", ()) if word.word.lower() not in USUAL]
-    if words:
+    if words := run.data.attrs.get("words", ()):
         told = [f"'{one.word[:20]}' {counted(one.number, 'time')}, first in line {one.line}, column {one.column}" for one in words]
         yield Finding(NO_NUMBERS, PASSED, sum(one.number for one in words), hint=listed(told))
     empty = {column: ~np.isfinite(run.values(column)) for column in MOTION if column in run.data}

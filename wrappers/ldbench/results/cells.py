@@ -14,7 +14,7 @@ SEPARATORS = ";", "\t", ",", "|", ""        # the last one stands for blanks
 EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}(?!\d))")   # where Fortran leaves out the letter of an exponent of three digits
 # Words of a cell without a number: of people, of spreadsheets, of Fortran where the field is too narrow, of C on Windows.
 NO_NUMBER = re.compile(
-    r"n/?a|n\.[adv]\.|none|null|nil|missing|undef(?:ined)?|[-\u2013\u2014]+|##+|#[\w/]+[!?]?|\*\*+|[+-]?nan(?:\(\w*\))?|"
+    r"n/?a|n\.[adv]\.|none|null|missing|undef(?:ined)?|[-\u2013\u2014]+|##+|#[\w/]+[!?]?|\*\*+|[+-]?nan(?:\(\w*\))?|"
     r"[+-]?\d\.?#\w+", re.IGNORECASE)
 # A group of digits ends at such a mark; a cell of a sheet may have them where a thousand is marked.
 GROUPS = "\u00a0\u202f\u2009'\u2019"
@@ -22,10 +22,13 @@ _GROUP = re.compile(rf"(?<=\d)[{GROUPS}](?=\d{{3}}(?!\d))")
 _OPENS = re.compile(r"\s*\w*\s*=?\s*[\[{(]\s*(?:\.\.\.)?\s*")         # the line that opens a matrix, as of MATLAB
 
 
-class Word(NamedTuple):
-    """A word that stands for no number."""
+USUAL = "", "nan"       # what stands for no number and needs no telling
 
-    word: str           # '' for empty cells
+
+class Word(NamedTuple):
+    """A word that stands for no number, beside those of USUAL."""
+
+    word: str
     number: int         # how often
     line: int           # where it is first, from 1
     column: int         # there, from 1
@@ -122,7 +125,7 @@ def read_rows(lines: Sequence[str], start: int, count: int, separator: str) -> T
     with suppress(ValueError):          # something else than numbers
         table = np.loadtxt(given.values(), delimiter=separator or None, comments=None, ndmin=2)
         if table.shape[1] == count:
-            return Table(table, _of_words({"nan": _where(table, [*given])} if np.isnan(table).any() else {}), None)
+            return Table(table, (), None)
     head = {line.strip() for line in lines[:start] if re.search(r"\w", line)}
     rows: dict[int, str] = {}
     words: dict[str, list[tuple[int, int]]] = {}
@@ -158,9 +161,6 @@ def _has_numbers(line: str, separator: str) -> bool:
     return has_digits(cells[0]) or 2*sum(map(has_digits, cells)) > len(cells)
 
 
-def _where(table: np.ndarray, lines: Sequence[int]) -> list[tuple[int, int]]:
-    return [(lines[row], int(column)) for row, column in np.argwhere(np.isnan(table))] if len(lines) == len(table) else []
-
-
 def _of_words(found: dict[str, list[tuple[int, int]]]) -> tuple[Word, ...]:
-    return tuple(Word(word, len(at), at[0][0] + 1, at[0][1] + 1) for word, at in found.items() if at)
+    """The words, but NaN and empty cells, which every code may write."""
+    return tuple(Word(word, len(at), at[0][0] + 1, at[0][1] + 1) for word, at in found.items() if word.lower() not in USUAL)
