@@ -52,9 +52,12 @@ endif
 # -fdynamic-heap-array lets local arrays be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
+# Links and modes of files are those of POSIX, and the intrinsic STAT is gfortran's own.
+SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,posix)
+
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
 FOLDERS = support profile contact table dynamics rigid program library
-SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90)))
+SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90))) fortran/support/$(SYSTEM)/links_and_modes.f90
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
 # The library for other languages; the executable does without it.
 LIBRARY = $(basename $(notdir $(wildcard fortran/library/*.f90)))
@@ -150,6 +153,11 @@ $(BUILD)/fingerprint.o: $(BUILD)/fingerprint.f90
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 $(BUILD)/table_file.o: $(BUILD)/fingerprint.o
+
+# The intrinsic STAT is gfortran's own.
+ifeq ($(SYSTEM),posix)
+$(BUILD)/links_and_modes.o: override WARN += -fall-intrinsics
+endif
 
 # The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
 # executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.
@@ -355,7 +363,7 @@ install:
 	install -d "$(DESTDIR)$(PREFIX)/bin" "$(SHARE)/inputs" "$(SHARE)/profiles"
 	install $(EXE) "$(DESTDIR)$(PREFIX)/bin"
 	install -m 644 inputs/*.nml "$(SHARE)/inputs"
-	install -m 644 profiles/*.yz profiles/*.bodies "$(SHARE)/profiles"
+	install -m 644 profiles/*.yz profiles/*.bodies profiles/*.toml "$(SHARE)/profiles"
 	install -m 644 LICENSE CITATION.cff "$(SHARE)"
 
 reference:

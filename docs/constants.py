@@ -14,8 +14,8 @@ from ldbench.plots.stretches import ENVELOPE_ROWS
 from ldbench.profiles import profile
 from ldbench.results.contact_intervals import CLOSED
 from ldbench.results.quantities import PAIRS
-from ldbench_round import energies, fingerprint, jumps, kept_entries, physics_checks, row_checks
-from ldbench_round.tasks import CLEARANCES
+from ldbench_round import drift_checks, energies, fingerprint, jumps, kept_entries, physics_checks, row_checks
+from ldbench_round.tasks import clearances
 from quotes import table
 
 CORE = Path(__file__).resolve().parents[1]/"fortran"
@@ -57,7 +57,7 @@ def call_table() -> str:
 def clearance_table() -> str:
     """The clearances that the call publishes."""
     return table(("profiles", "published clearance, left and right"),
-                 ((PAIRS[pair], shown(size, "mm")) for pair, size in CLEARANCES.items()))
+                 ((PAIRS[pair], shown(size, "mm")) for pair, size in clearances().items()))
 
 
 def theory_table() -> str:
@@ -140,7 +140,13 @@ def check_table() -> str:
         ("mass, weight with load", *percent(*row_checks.INERTIA)),
         ("roll inertia", *percent(*row_checks.ROLL_INERTIA)),
         ("rates, momentum", *balances),
-        ("given energies, energy balance", *percent(*energies.WRONG)),
+        ("drift of Y, Z or roll from the integral of its velocity, of its range", *percent(*drift_checks.DRIFT)),
+        ("one value of Y, Z or roll beside those before and behind it, of its range", *percent(*drift_checks.ALONE)),
+        ("force and acceleration of one row, in a file whose other rows obey Newton's law", *percent(*drift_checks.BROKEN)),
+        ("rolling radius that follows Z", "one contact", ""),
+        ("cells without a number", "in accelerations", "in other motion, in forces of closed contacts"),
+        ("times of few digits", "rows of equal times", "a fall by more than the last digit"),
+        ("given energies, energy balance, dips of the total energy", *percent(*energies.WRONG)),
         ("rows in an impact of a flange", f"fewer than {physics_checks.FEW_ROWS}",
          f"fewer than {physics_checks.TOO_FEW_ROWS}; exercise 5: {physics_checks.RAMP_ROWS}"),
         ("rows of a rigid code about a jump: their distance", "", f"above {shown(jumps.SHORT, 'ms')}"))

@@ -5,6 +5,7 @@
     python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
     python docs/measure.py bodies       runs exercises 1 to 4 with the shipped bodies of wheel and rail; a minute
     python docs/measure.py times        solves what exercise 5 needs, runs the ten cases: processor times
+    python docs/measure.py disk         what ./bootstrap and make have left on the disk
     python docs/measure.py              does all of these
 
 A result is stored under a name that ends with the unit of its value. On a page a number is followed by a comment with the
@@ -48,7 +49,12 @@ DIGITS = 6                                      # of the stored values
 
 Values = dict[str, float]
 COMMANDS = {"report": "make report", "validate": "make validate", "variants": "python docs/measure.py variants",
-            "bodies": "python docs/measure.py bodies", "times": "python docs/measure.py times"}
+            "bodies": "python docs/measure.py bodies", "times": "python docs/measure.py times", "disk": "./bootstrap, make"}
+
+
+def megabytes(files: Iterable[Path]) -> float:
+    """The size of files [MB]."""
+    return sum(file.stat().st_size for file in files)/1e6
 
 
 # make report ------------------------------------------------------------------------------
@@ -59,9 +65,6 @@ def of_report() -> Values:
     values = of_runs(runs, {run.name: json.loads((kept_in(OUTPUTS)/f"{run.name}_twins.json").read_text()) for run in runs})
     kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
-
-    def megabytes(files: Iterable[Path]) -> float:
-        return sum(file.stat().st_size for file in files)/1e6
 
     products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
     values["size.report [MB]"] = megabytes([
@@ -289,8 +292,19 @@ def of_times() -> Values:
     return {"time.table [s]": once.seconds - again.seconds, "time.runs [s]": seconds}
 
 
+def of_disk() -> Values:
+    """What the virtual environment and the build take."""
+    def inside(folder: str, but: str = "") -> float:
+        return megabytes(file for file in (ROOT/folder).rglob("*") if file.is_file() and not file.is_symlink()
+                         and not (but and file.is_relative_to(ROOT/but)))
+
+    return {"size.venv [MB]": inside(".venv"),
+            "size.build [MB]": inside("build/release", "build/release/tests") + inside("build/wrapper")}
+
+
 GROUPS: dict[str, Callable[[], Values]] = {
-    "report": of_report, "validate": of_validation, "variants": of_variants, "bodies": of_bodies, "times": of_times}
+    "report": of_report, "validate": of_validation, "variants": of_variants, "bodies": of_bodies, "times": of_times,
+    "disk": of_disk}
 
 
 # The file ---------------------------------------------------------------------------------

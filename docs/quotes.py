@@ -266,6 +266,8 @@ def need_table() -> str:
         ("system", "Linux; the executable alone on Windows. Otherwise a container or WSL"),
         ("what exercise 5 solves for its contact table, which is kept", f"{v['time.table [s]']:.1f} s of processor time"),
         ("the ten runs besides", f"{v['time.runs [s]']:.0f} s of processor time"),
+        ("`./bootstrap`, with all that reports, tests and documents import", f"{v['size.venv [MB]']:.0f} MB in `.venv`"),
+        ("`make`, without the programs of the tests", f"{v['size.build [MB]']:.0f} MB in `build`"),
         ("a report", f"{v['size.report [MB]']:.0f} MB, of which {v['size.ex5 [MB]']:.0f} MB are column files of exercise 5"),
         ("a page of `ex5_aw`", f"{v['page.ex5_aw [MB]']:.1f} MB; its column file has {v['size.ex5_aw [MB]']:.0f} MB")))
 

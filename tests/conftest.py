@@ -5,6 +5,7 @@ import functools
 import gc
 import os
 import signal
+import tempfile
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from running import (
     CASES,
     FORTRAN_TESTS,
     LDBENCH,
+    WINDOWS,
     Run,
     for_all_cases,
     kept_tables,
@@ -32,12 +34,37 @@ if TYPE_CHECKING:
 # A shell makes what it starts in the background ignore Ctrl-C, and so would the programs that tests interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Executables for other systems have tests of their own, which are no part of other calls.
+collect_ignore = [*(["program/test_arm64.py"] if "arm64" not in str(LDBENCH) else []),
+                  *(["program/test_windows.py"] if not WINDOWS else [])]
+
+
+def pytest_report_header() -> list[str]:
+    """What this call leaves out."""
+    return [] if "LDBENCH_SLOW" in os.environ else ["slow tests are left out: LDBENCH_SLOW=1 runs them"]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave slow tests out, which take minutes each, unless they are asked for."""
+    slow = [item for item in items if item.get_closest_marker("slow") and "LDBENCH_SLOW" not in os.environ]
+    if slow:
+        config.hook.pytest_deselected(items=slow)
+        items[:] = [item for item in items if item not in set(slow)]
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip what this build or this call does not run."""
+    """Skip what this build does not run."""
     if item.get_closest_marker("same_build") and LDBENCH.name != "ldbench":
         pytest.skip("the executable is not the extension's build")
-    if item.get_closest_marker("slow") and "LDBENCH_SLOW" not in os.environ:
-        pytest.skip("slow: LDBENCH_SLOW=1 runs it")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def scratch(common: Path) -> None:
+    """Whatever tests and their programs leave in the temporary folder goes with pytest's own."""
+    folder = common/"t"         # short: the names of sockets below it may not be long
+    folder.mkdir(exist_ok=True)
+    os.environ["TMPDIR"] = str(folder)
+    tempfile.tempdir = None     # asked for anew
 
 
 @pytest.hookimpl(wrapper=True)

@@ -7,6 +7,7 @@ module case
   use contact_zones, only: usual_flange_angle
   use kinds, only: dp
   use contact_law, only: extent_type, floored_force
+  use places, only: places_type
   use system, only: default_folder, last_slash
   use text, only: shortest, str, to_real
   implicit none
@@ -77,6 +78,8 @@ module case
     real(dp) :: interval = 1e-4_dp
     character(text_length) :: rows = 'interval_and_events'
     character(text_length) :: pressures = 'yes', judged = 'yes'
+    ! No variables: where the files of the case are looked for.
+    type(places_type) :: places
   end type case_type
 
   !> One namelist variable; exactly one of the pointers is set.

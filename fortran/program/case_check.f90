@@ -4,6 +4,8 @@ module case_check
   use case, only: admissible, case_type, list_variables, output_path, range_text, text_length, value_text, variable_type
   use errors, only: error_type, refuse
   use kinds, only: dp
+  use links_and_modes, only: follow_links
+  use places, only: find_file, folder_of
   use system, only: default_folder, lacks_folder, last_slash, scratch_file
   use text, only: lower, str
   implicit none
@@ -67,6 +69,8 @@ contains
     character(29), parameter :: names(6) = [character(29) :: 'the namelist itself', '&profiles wheel_profile', &
       '&profiles rail_profile', '&profiles wheel_profile_right', '&profiles rail_profile_right', '&contact bodies']
     character(max(len(file), text_length)) :: paths(size(names))
+    character(:), allocatable :: found
+    type(error_type), allocatable :: missing
     integer :: i
 
     paths = [character(len(paths)) :: file, c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right, c%bodies]
@@ -74,7 +78,9 @@ contains
     if (file == 'standard input') paths(1) = '-'
     do i = 1, size(names)
       if (paths(i) == '') cycle
-      if (.not. same_file(trim(output_path(c)), trim(paths(i)))) cycle
+      found = trim(paths(i))
+      if (i > 1 .and. same_name(trim(output_path(c)), found)) call find_file(c%places, trim(paths(i)), found, missing)
+      if (.not. same_file(trim(output_path(c)), found)) cycle
       call refuse(error, 'a file of its own', trim(output_path(c))//', which is '//trim(names(i)), file, group='output', &
         variable='file')
       return
@@ -86,6 +92,7 @@ contains
   logical function same_file(written, other)
     character(*), intent(in) :: written, other
     type(scratch_file) :: probe
+    character(:), allocatable :: a, b          ! where links lead to
     integer :: unit
 
     if (other == '-') then
@@ -93,12 +100,21 @@ contains
       same_file = unit == input_unit
       return
     end if
-    same_file = written == other
-    if (same_file .or. lower(written(last_slash(written) + 1:)) /= lower(other(last_slash(other) + 1:))) return
-    if (.not. lacks_folder(written)) call probe%begin(written)
-    if (probe%ok) inquire (file=other//probe%ending, exist=same_file)
+    call follow_links(written, a)
+    call follow_links(other, b)
+    same_file = a == b
+    if (same_file .or. .not. same_name(a, b)) return
+    if (.not. lacks_folder(a)) call probe%begin(a)
+    if (probe%ok) inquire (file=b//probe%ending, exist=same_file)
     call probe%abandon()
   end function same_file
+
+  !> Whether two paths end with the same name of a file, but for capitals.
+  pure logical function same_name(one, other)
+    character(*), intent(in) :: one, other
+
+    same_name = lower(one(last_slash(one) + 1:)) == lower(other(last_slash(other) + 1:))
+  end function same_name
 
   !> Check before the computation that the column file can be written.
   subroutine check_writable(file, path, error)
@@ -106,13 +122,20 @@ contains
     character(*), intent(in) :: path             !! of the column file
     type(error_type), allocatable, intent(out) :: error
     character(:), allocatable :: first         ! that is written
+    character(:), allocatable :: folder, advice
     type(scratch_file) :: probe
+    logical :: there
 
     first = path
     if (lacks_folder(path)) first = default_folder
     call probe%begin(first)
     call probe%abandon()
-    if (.not. probe%ok) call refuse(error, 'a path that can be written', path, file, group='output', variable='file')
+    if (probe%ok) return
+    call folder_of(path, folder)
+    inquire (file=folder//'/.', exist=there)
+    advice = '; go to a folder where you may write, or name a file in one'
+    if (.not. (there .or. folder == default_folder)) advice = '; make the folder '//folder//', or name a file in another one'
+    call refuse(error, 'a path that can be written', path, file, group='output', variable='file', rest=advice)
   end subroutine check_writable
 
 end module case_check

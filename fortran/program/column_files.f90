@@ -130,7 +130,7 @@ contains
     call read_file(this%file%name, earlier, opened, ok, enough=head)
     if (.not. opened .or. len(earlier) == 0) return
     if (settings_of(earlier) == this%settings) return
-    call set_aside(this%file%name, this%kept, this%file%ok)
+    call set_aside(this%file%place, this%kept, this%file%ok)
     call this%check('holds another case, and cannot be renamed', error)
   end subroutine keep_other_case
 

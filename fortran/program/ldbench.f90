@@ -7,6 +7,7 @@ program ldbench
   use case_reader, only: read_case
   use errors, only: error_type, fatal_error, place_error
   use kinds, only: version
+  use places, only: find_file, find_share, folder_of, places_type
   use column_files, only: begin_columns, column_file, finish_columns
   use progress, only: terminal_monitor
   use run_monitor, only: run_type
@@ -59,13 +60,21 @@ contains
     type(error_type), allocatable :: warning
     type(column_file) :: columns
     type(run_type) :: result
+    type(places_type) :: places
     character(:), allocatable :: file
 
     allocate (c, setup)   ! on the heap: stacks may be small
-    file = path
-    if (path == '-') file = 'standard input'
-    call read_lines(path, lines, error)
-    if (.not. allocated(error)) call read_case(file, lines, c, error)
+    call find_share(places%share)
+    call find_file(places, path, file, error)
+    if (.not. allocated(error)) call read_lines(file, lines, error)
+    if (allocated(error)) return
+    if (file == '-') then
+      file = 'standard input'
+    else
+      call folder_of(file, places%folder)
+    end if
+    c%places = places
+    call read_case(file, lines, c, error)
     if (.not. allocated(error)) call check_case(file, c, error)
     if (.not. allocated(error)) call check_writable(file, trim(output_path(c)), error)
     if (allocated(error)) return
@@ -108,6 +117,8 @@ contains
       '       ldbench --help | --version'//nl//nl// &
       'Reads one namelist file, writes one column file and a summary.'//nl// &
       'Exit status: 0, or 1 with one line on standard error.'//nl//nl// &
+      'Files that the namelist names, and the namelist, are looked for in the working folder, then beside the namelist'//nl// &
+      'and in the folder above it, then in the installed share/ldbench. Results go to the working folder.'//nl//nl// &
       'Variables, all optional, in SI units, with default, admissible values and meaning:'//nl
     call list_variables(c, list)
     group = ''

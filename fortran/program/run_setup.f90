@@ -8,6 +8,7 @@ module run_setup
   use errors, only: error_type, place_error, refuse
   use rigid_geometry, only: clearance, geometry_at, rigid_contact
   use kinds, only: dp
+  use places, only: find_file
   use profile, only: is_rail, is_wheel, profile_type, read_profile
   use placement, only: place_profiles
   use static_limit, only: largest_force
@@ -91,13 +92,14 @@ contains
     subroutine place_side(k)
       integer, intent(in) :: k               !! 1 left, 2 right
       character(:), allocatable :: faulty    ! the variables that an error is about
+      character(:), allocatable :: path
 
       associate (wheel => setup%wheel(k), rail => setup%rail(k), side => setup%side(k))
         faulty = trim(names(1, k))
-        call read_profile(trim(files(1, k)), is_wheel, wheel, error)
+        call find_profile(files(1, k), is_wheel, wheel)
         if (.not. allocated(error)) then
           faulty = trim(names(2, k))
-          call read_profile(trim(files(2, k)), is_rail, rail, error)
+          call find_profile(files(2, k), is_rail, rail)
         end if
         if (.not. allocated(error)) then
           faulty = ''
@@ -107,8 +109,9 @@ contains
         end if
         if (.not. allocated(error) .and. c%formulation == 'elastic' .and. c%influence == 'bodies') then
           faulty = ''
-          call read_bodies(trim(c%bodies), [wheel%curve, rail%curve], files(:, k), c%poisson, side%pair%bodies, setup%bodies_sum, &
-            error)
+          call find_file(c%places, trim(c%bodies), path, error)
+          if (.not. allocated(error)) call read_bodies(path, [wheel%curve, rail%curve], files(:, k), c%poisson, side%pair%bodies, &
+            setup%bodies_sum, error)
           if (allocated(error)) call place_error(error, group='contact', variable='bodies')
         end if
         if (allocated(error) .and. faulty /= '') call place_error(error, group='profiles', variable=faulty)
@@ -118,6 +121,18 @@ contains
         side%border = border_station(side%pair, c%flange_angle)
       end associate
     end subroutine place_side
+
+    !> Read a profile where it is found. It keeps the name that the case gives it.
+    subroutine find_profile(name, kind, found)
+      character(*), intent(in) :: name
+      integer, intent(in) :: kind
+      type(profile_type), intent(inout) :: found
+      character(:), allocatable :: path
+
+      call find_file(c%places, trim(name), path, error)
+      if (.not. allocated(error)) call read_profile(path, kind, found, error)
+      found%file = trim(name)
+    end subroutine find_profile
 
   end subroutine place_sides
 

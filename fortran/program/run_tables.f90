@@ -7,6 +7,7 @@ module run_tables
   use errors, only: error_type, place_error
   use hertz, only: contact_modulus
   use kinds, only: dp
+  use places, only: kept_folder
   use run_setup, only: setup_type
   use table_file, only: load_values, save_values, table_path
   use table_layout, only: lay_out
@@ -17,7 +18,8 @@ module run_tables
 
 contains
 
-  !> Make the contact tables of both sides, with what the folder keeps. Sides with the same profiles share one.
+  !> Make the contact tables of both sides, with what the folder keeps, and the user's cache where the folder may not be
+  !> written. Sides with the same profiles share one.
   subroutine open_tables(c, setup)
     type(case_type), intent(in) :: c
     type(setup_type), intent(inout) :: setup
@@ -34,20 +36,27 @@ contains
     type(setup_type), intent(in) :: setup
     integer, intent(in) :: side            !! 1 left, 2 right
     type(table_type), intent(inout) :: table
+    character(:), allocatable :: folder
     logical :: found
 
     call lay_out(law_of(c, setup%side(side)), table_key(c, setup, side), table)
-    if (c%table_folder /= '') call load_values(table_path(trim(c%table_folder), table), table, found)
+    if (c%table_folder == '') return
+    call load_values(table_path(trim(c%table_folder), table), table, found)
+    call kept_folder(trim(c%table_folder), folder)
+    if (folder /= '' .and. folder /= c%table_folder) call load_values(table_path(folder, table), table, found)
   end subroutine open_table
 
-  !> Write what the tables have learnt to the folder. A file that cannot be written is no error, for it only saves time; then
-  !> `warning` says so.
+  !> Write what the tables have learnt to the folder, or to the cache. A file that cannot be written is no error, for it only saves
+  !> time; then `warning` says so.
   subroutine keep_tables(c, setup, warning)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     type(error_type), allocatable, intent(out) :: warning
+    character(:), allocatable :: folder
 
     if (c%table_folder == '') return
+    call kept_folder(trim(c%table_folder), folder)
+    if (folder == '') folder = trim(c%table_folder)      ! the warning names it
     call keep_table(setup%wheelset%table)
     if (.not. (setup%symmetric .or. allocated(warning))) call keep_table(setup%wheelset%right_table)
 
@@ -56,7 +65,7 @@ contains
     subroutine keep_table(table)
       type(table_type), intent(inout) :: table
 
-      if (table%solutions(1) > table%kept) call save_values(table_path(trim(c%table_folder), table), table, warning)
+      if (table%solutions(1) > table%kept) call save_values(table_path(folder, table), table, warning)
       if (allocated(warning)) call place_error(warning, group='table', variable='folder')
     end subroutine keep_table
 

@@ -3,6 +3,7 @@ module table_results
   use case, only: case_type
   use contact_table, only: table_type
   use kinds, only: dp
+  use places, only: kept_folder
   use judged_poses, only: accuracy_type
   use contact_law, only: floored_force
   use results, only: newline, result_list, rounded
@@ -82,6 +83,7 @@ contains
     type(setup_type), intent(in) :: setup
     real(dp), intent(in) :: seconds             !! for the integration
     type(result_list), intent(inout) :: items
+    character(:), allocatable :: folder
     integer :: solved, found, failed
 
     if (c%formulation == 'elastic') then
@@ -97,6 +99,8 @@ contains
       end associate
       call items%append('contact table: '//str(solved - found)//' solutions, '//str(found)//' found')
       if (failed > 0) call items%append('; '//str(failed)//' did not converge')
+      call kept_folder(trim(c%table_folder), folder)
+      if (folder /= '' .and. folder /= c%table_folder) call items%append('; kept in '//folder)
       call items%append(newline)
     end if
     call items%add('', [setup%seconds, seconds], '', 'processor time [s]: preparation #, integration #'//newline, 'f0.2')

@@ -4,6 +4,7 @@ module system
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funptr, c_int, c_intptr_t, c_loc, c_long, c_null_char, &
     c_null_funptr, c_null_ptr, c_ptr, c_size_t
   use kinds, only: dp
+  use links_and_modes, only: copy_mode, follow_links
   implicit none
   private
   public :: on_terminal, read_file, write_output, survive_long_files, scratch_file, make_folder, lacks_folder, &
@@ -13,11 +14,13 @@ module system
   character(*), parameter, public :: default_folder = 'outputs'
 
   !> A file that is written under another name beside its own, `file.ldbench-part` and a random number, and renamed over
-  !> the earlier one when it is complete. A process that is killed leaves its scratch file behind.
+  !> the earlier one when it is complete. A process that is killed leaves its scratch file behind. The file lies where a symbolic
+  !> link of its name leads to, and those who may read an earlier file may read this one.
   type :: scratch_file
     private
-    character(:), allocatable, public :: name     !! path of the complete file
-    character(:), allocatable, public :: ending   !! of the scratch file, whose path is name//ending; allocated while it exists
+    character(:), allocatable, public :: name     !! path of the complete file, as it was given
+    character(:), allocatable, public :: place    !! the path that links lead to
+    character(:), allocatable, public :: ending   !! of the scratch file, whose path is place//ending; allocated while it exists
     type(c_ptr) :: stream = c_null_ptr
     logical, public :: ok = .false.               !! whether all went well so far
   contains
@@ -241,12 +244,15 @@ contains
     this%ok = is_replaceable(file)
     if (.not. this%ok) return
     if (lacks_folder(file)) call make_folder(default_folder)
+    call follow_links(file, this%place)
     call random_seed()       ! the system's seed: other processes and threads draw other numbers
     call random_number(draws)
     write (number, '(2z8.8)') int(draws*huge(1))
-    this%stream = c_fopen(file//'.ldbench-part'//number//c_null_char, 'wb'//c_null_char)
+    this%stream = c_fopen(this%place//'.ldbench-part'//number//c_null_char, 'wb'//c_null_char)
     this%ok = c_associated(this%stream)
-    if (this%ok) this%ending = '.ldbench-part'//number
+    if (.not. this%ok) return
+    this%ending = '.ldbench-part'//number
+    call copy_mode(this%place, this%place//this%ending)
   end subroutine begin
 
   subroutine put(this, text)
@@ -273,7 +279,7 @@ contains
     class(scratch_file), intent(inout) :: this
 
     call this%complete()
-    if (this%ok) this%ok = renamed(this%name//this%ending//c_null_char, this%name//c_null_char)
+    if (this%ok) this%ok = renamed(this%place//this%ending//c_null_char, this%place//c_null_char)
     if (this%ok) deallocate (this%ending)
     call this%abandon()
   end subroutine finish
@@ -285,7 +291,7 @@ contains
 
     call this%complete()
     if (.not. allocated(this%ending)) return
-    ignored = c_remove(this%name//this%ending//c_null_char)
+    ignored = c_remove(this%place//this%ending//c_null_char)
     deallocate (this%ending)
   end subroutine abandon
 

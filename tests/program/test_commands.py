@@ -11,7 +11,9 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,6 +127,7 @@ def examples() -> Iterator[str]:
 # Only parsed, as it stands: what takes minutes, needs another machine, or is run elsewhere.
 ONLY_PARSED = {"ldbench report": "test_report.py makes one",
                "ldbench trust": "test_trust.py runs it",
+               "ldbench submit": "test_submit.py runs it",
                "--scheduler tcp://": "a scheduler on another machine",
                **dict.fromkeys(("compare outputs/ex2_aw.txt other", "view outputs/ex2_aw.txt other", "plot outputs/ex1_aw.txt"),
                                "docs/compare.md has it"),
@@ -227,10 +230,36 @@ def test_what_is_told_besides_the_result(place: Path, capsys: pytest.CaptureFixt
 
 
 def test_a_file_without_our_names_is_refused_with_the_way_to_a_map(place: Path, capsys: pytest.CaptureFixture[str]):
-    shutil.copy("other_code.csv", "ex2_aw.csv")
-    for words in ["plot", "ex2_aw.csv"], ["compare", "a.txt", "ex2_aw.csv"], ["view", "a.txt", "ex2_aw.csv"]:
+    for words in ["plot", "other_code.csv"], ["compare", "other_code.csv", "other_code.csv"], ["view", "other_code.csv"]:
         told = refused(words, 1, capsys)
-        assert "ex2_aw.csv: expected a column time, or --map TOML" in told and "--save-map" in told
+        assert "other_code.csv: expected a column time, --map TOML that names our columns, or --simulation NAME" in told
+
+
+@pytest.mark.parametrize("words", ["compare a.txt other_code.csv", "plot other_code.csv --simulation ex2_aw", "view ex2_aw.csv",
+                                   "view a.txt other_code.csv"])
+def test_a_map_is_guessed(words: str, place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    """The simulation is the one that is given, that of the file's name, or that of our own file beside it; the columns are those of
+    the written map."""
+    shutil.copy("other_code.csv", "ex2_aw.csv")
+    seen: list[ldbench.Run] = []
+    for command, module in (("compare", "report.compare.compare"), ("plot", "plots.document.summary_row"),
+                            ("view", "viewer.page.run_entry")):
+        if words.startswith(command):
+            name, home = module.rpartition(".")[2], import_module(f"ldbench.{module.rpartition('.')[0]}")
+            real = getattr(home, name)
+
+            def spy(runs: Any, *given: Any, real: Any = real, **more: Any) -> Any:
+                seen.extend(runs if isinstance(runs, list) else [runs])
+                return real(runs, *given, **more)
+
+            monkeypatch.setattr(home, name, spy)
+    assert main([*words.split(), "-o", f"made.{'html' if 'view' in words else 'pdf'}"]) == 0
+    told = capsys.readouterr().err
+    assert told.count("the map of its columns is guessed: time, Y, N_LF.") == 1
+    expected = ldbench.read_run("other_code.csv", map="other_code.toml")
+    found = seen[-1].data
+    for column in "time", "Y", "N_LF":
+        np.testing.assert_allclose(found[column], expected[column], rtol=1e-12)
 
 
 def test_a_terminal_is_told_what_comes_next(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):

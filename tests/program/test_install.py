@@ -3,22 +3,29 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+import ldbench
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench.report import abstract
 from ldbench.results.columns import read_toml
 from ldbench.viewer import page
 from ldbench_round import own_runs
-from running import CASES, LDBENCH, REPO, short_case
+from running import CASES, HANG, LDBENCH, REPO, header
 
 PROJECT = read_toml(REPO/"pyproject.toml")["project"]
+NOBODY = 65534       # user and group without rights
 
 
 @pytest.mark.parametrize(("module", "extra", "command"), [
@@ -111,16 +118,223 @@ def test_data_files_are_installed():
     assert PROJECT["license-files"] == ["LICENSE"] and (REPO/"LICENSE").is_file()
 
 
+def contents(folder: Path) -> dict[str, tuple[int, int, bytes]]:
+    """All that lies below a folder: mode, time, bytes."""
+    return {str(path): (path.stat().st_mode, path.stat().st_mtime_ns, path.read_bytes() if path.is_file() else b"")
+            for path in (folder, *folder.rglob("*"))}
+
+
+@dataclass
+class Installed:
+    """What `make install` and Meson have put below a prefix, and the home of a user who may write nothing there."""
+
+    root: Path
+    home: Path
+
+    @property
+    def share(self) -> Path:
+        return self.root/"usr/share/ldbench"
+
+    def run(self, *command: object, cwd: Path | None = None, home: Path | None = None, **streams: object,
+            ) -> subprocess.CompletedProcess[str]:
+        """Run an installed program as the user: 'ldbench' by its name, 'python' with the installed package. Python itself, and what
+        the package imports, may be where root alone reads."""
+        rights = []
+        if os.geteuid() == 0:
+            reading = ["--inh-caps=+dac_read_search", "--ambient-caps=+dac_read_search"] if command[0] == "python" else []
+            rights = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", *reading]
+        packages = next(self.root.rglob("ldbench/__init__.py")).parents[1]
+        environment = {"PATH": f"{self.root}/usr/bin:{os.environ['PATH']}", "HOME": str(home or self.home), "OMP_NUM_THREADS": "1",
+                       "PYTHONPATH": str(packages)}
+        return subprocess.run([*rights, *([sys.executable] if command[0] == "python" else command[:1]), *command[1:]],
+                              cwd=cwd or self.home, env=environment, capture_output=True, text=True, timeout=HANG, **streams)
+
+    def new_folder(self, name: str) -> Path:
+        """A folder of the user's."""
+        folder = self.home/name
+        folder.mkdir()
+        if os.geteuid() == 0:
+            os.chown(folder, NOBODY, NOBODY)
+        return folder
+
+
+@pytest.fixture(scope="module")
+def prefix() -> Iterator[Installed]:
+    """An installation that cannot be written, and is not at the end of the tests. Names of folders have blanks."""
+    if os.geteuid() == 0 and not shutil.which("setpriv"):
+        pytest.skip("no setpriv, by which root becomes a user without rights")
+    with tempfile.TemporaryDirectory(prefix="ldbench ") as name:
+        Path(name).chmod(0o755)
+        installed = Installed(Path(name)/"the root", Path(name)/"the home")
+        installed.home.mkdir()
+        if os.geteuid() == 0:
+            os.chown(installed.home, NOBODY, NOBODY)
+        meson = Path(sys.executable).with_name("meson"), "install", "-C", "build/wrapper", "--no-rebuild", "--quiet"
+        for command in ("make", "install", f"DESTDIR={installed.root}", "PREFIX=/usr"), (*meson, "--destdir", installed.root):
+            subprocess.run(command, cwd=REPO, check=True, stdout=subprocess.DEVNULL)
+        for path in (installed.root, *installed.root.rglob("*")):
+            path.chmod(path.stat().st_mode & ~0o222)
+        before = contents(installed.root)
+        yield installed
+        after = contents(installed.root)
+        for path in filter(Path.is_dir, (installed.root, *installed.root.rglob("*"))):
+            path.chmod(0o755)
+        assert after == before
+
+
+def ways(installed: Installed, file: Path) -> dict[str, Callable[[Path], subprocess.CompletedProcess[str]]]:
+    """How a case is run in a folder."""
+    api = "import sys, ldbench; print(ldbench.run(sys.argv[1]).write())"
+    return {"standard input": lambda folder: installed.run("ldbench", cwd=folder, input=file.read_text()),
+            "executable": lambda folder: installed.run("ldbench", file, cwd=folder),
+            "command": lambda folder: installed.run("python", "-m", "ldbench", "run", file, cwd=folder),
+            "Python": lambda folder: installed.run("python", "-c", api, file, cwd=folder)}
+
+
 @pytest.mark.same_build
-def test_install_below_a_folder_of_packages(tmp_path):
-    """make install puts what will run from PREFIX below DESTDIR; the installed executable runs an installed case there."""
-    root = tmp_path/"two words"
-    subprocess.run(["make", "install", f"DESTDIR={root}", "PREFIX=/usr"], cwd=REPO, check=True, stdout=subprocess.DEVNULL)
-    share = root/"usr/share/ldbench"
-    assert sorted(path.stem for path in (share/"inputs").iterdir()) == sorted(CASES)
-    case = short_case(Path("outputs"), profiles={"wheel_profile": "profiles/awprof.yz", "rail_profile": "profiles/arprof.yz"})
-    done = subprocess.run([root/"usr/bin/ldbench"], input=case, cwd=share, capture_output=True, text=True)
-    assert done.returncode == 0 and (share/"outputs/columns.txt").is_file(), done.stderr
+@pytest.mark.parametrize("case", [pytest.param(case, marks=[] if case in ("ex1_aw", "ex3_sw") else pytest.mark.slow)
+                                  for case in CASES])
+def test_installed_cases_run_for_a_user_without_rights(case: str, prefix: Installed):
+    """From standard input, by its path, by the command and in Python: the results and tables are in the user's folder, and all of
+    these have the same bytes."""
+    assert sorted(path.stem for path in (prefix.share/"inputs").iterdir()) == sorted(CASES)
+    folder = prefix.new_folder(f"my {case}")
+    columns = folder/"outputs"/f"{case}.txt"
+    found = set()
+    for way, start in ways(prefix, prefix.share/"inputs"/f"{case}.nml").items():
+        done = start(folder)
+        assert (done.returncode, done.stderr) == (0, ""), way
+        found.add(columns.read_bytes())
+        columns.unlink()
+    assert len(found) == 1
+    assert [path.suffix for path in (folder/"outputs").rglob("*")] == ["", ".table"] and not (prefix.home/".cache").exists()
+
+
+@pytest.mark.same_build
+def test_shipped_names_serve_anywhere(prefix: Installed):
+    """An installed input and an installed profile have short names in any folder, also where a link leads to the executable."""
+    folder = prefix.new_folder("short names")
+    (prefix.new_folder("bin")/"linked").symlink_to(prefix.root/"usr/bin/ldbench")
+    short = SHORT.replace("outputs/", "")
+    for start in "ldbench", "../bin/linked", str(prefix.home/"bin/linked"):
+        done = prefix.run(start, cwd=folder, input=short)
+        assert (done.returncode, done.stderr) == (0, ""), start
+    assert prefix.run("ldbench", "inputs/none.nml", cwd=folder).stderr == (
+        "ldbench: error: inputs/none.nml: cannot be opened for reading; looked for in the working folder, "
+        f"in {prefix.share}\n")
+    told = prefix.run("python", "-c", PROFILES, cwd=folder)
+    assert told.stdout.split("\n")[:2] == [str(next(prefix.root.rglob("data/profiles/awprof.yz"))), "True"], told.stderr
+    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", "--set", "t_end=1e-3", "--set", "model=hertz", "-o",
+                      "mine.txt", cwd=folder)
+    assert done.returncode == 0 and (folder/"mine.txt").is_file(), done.stderr
+
+
+SHORT = "&integrator t_end = 1e-3 / &contact model = 'hertz' / &output file = 'outputs/columns.txt' /\n"
+PROFILES = """
+import ldbench
+wheel = ldbench.Profile("profiles/awprof.yz")
+print(wheel.path)
+print(ldbench.run(ldbench.Case(t_end=1e-3, model="hertz", wheel_profile=wheel)).case.wheel_profile == wheel.path)
+"""
+
+
+@pytest.mark.same_build
+def test_a_read_only_folder_is_not_written(prefix: Installed):
+    """Results cannot go there: one line says what to do. What saves time goes to the user's cache, or one line says that it is not
+    kept; runs have the same results."""
+    share, folder = prefix.share, prefix.new_folder("read-only")
+    for start in ("ldbench", "inputs/ex1_aw.nml"), ("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml"):
+        done = prefix.run(*start, cwd=share)
+        assert done.returncode == 1 and done.stderr.count("\n") == 1
+        assert done.stderr.endswith("&output file: expected a path that can be written, found outputs/ex1_aw.txt; go to a folder "
+                                    "where you may write, or name a file in one\n")
+    text = f"&table folder = 'outputs/tables' / {SHORT}".replace("outputs/columns", f"{folder}/columns")
+    rows = []
+    for home, work in (folder, "[1-9][0-9]* solutions, 0 found"), (folder, "0 solutions, [1-9][0-9]* found"), (Path("/none"), ""):
+        done = prefix.run("ldbench", cwd=share, input=text, home=home)
+        assert done.returncode == 0
+        if work:
+            told = done.stdout.replace("\n  ", " ")
+            assert re.search(rf"^contact table: {work}; kept in {folder}/.cache/ldbench$", told, re.MULTILINE), told
+            assert done.stderr == "" and len(list(folder.rglob("*.table"))) == 1
+        else:
+            assert re.fullmatch(UNKEPT, done.stderr)
+        rows.append((folder/"columns.txt").read_bytes())
+    assert rows[0] == rows[1] == rows[2]
+    api = "import ldbench; c = ldbench.Case.from_namelist('inputs/ex1_aw.nml').replace(model='hertz', t_end=1e-3); " \
+          "r = ldbench.run(c); print(r.table.lines()[-1])"
+    done = prefix.run("python", "-c", api, cwd=share, home=folder)
+    assert done.stdout.endswith(f"found, kept in {folder}/.cache/ldbench\n") and not done.stderr, done.stderr
+    done = prefix.run("python", "-c", api, cwd=share, home=Path("/none"))
+    assert done.stdout.endswith(", 0 found, not kept\n")
+    assert done.stderr.count("Warning: &table folder: outputs/tables/hertz_") == 1
+    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", "--set", "model=hertz", "--set", "t_end=1e-3", "-o",
+                      folder/"made.txt", cwd=share, home=Path("/none"))
+    assert re.fullmatch(UNKEPT, done.stderr) and (folder/"made.txt").is_file()
+    done = prefix.run("python", "-m", "ldbench", "bodies", "inputs/ex2_aw.nml", cwd=share, home=folder)
+    assert done.returncode == 1 and done.stderr == (
+        "ldbench: error: outputs: cannot be made: Permission denied; go to a folder where you may write, or name another one\n")
+
+
+UNKEPT = r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: cannot be written; .*\n"
+
+
+def checksums(text: str) -> list[str]:
+    """The checksums of the profiles that a run was made with, by its header."""
+    return re.findall(r"profile: .* ([0-9A-F]{8})", text)
+
+
+@pytest.mark.same_build
+def test_one_rule_where_files_are_looked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """In the working folder, beside the namelist, in the folder above, among the shipped: the executable and Python find the same
+    one of these, each of which has another checksum, and a message names them all."""
+    here, inputs = tmp_path/"here", tmp_path/"my study/inputs"
+    places = [here, inputs, inputs.parent]
+    for number, place in enumerate(places):
+        (place/"profiles").mkdir(parents=True)
+        for name in "mine.yz", "awprof.yz":
+            (place/"profiles"/name).write_text(f"# {number}\n{(REPO/'profiles/awprof.yz').read_text()}")
+    monkeypatch.chdir(here)
+    for name in "awprof.yz", "mine.yz":
+        (inputs/f"{name}.nml").write_text(
+            f"&profiles wheel_profile = 'profiles/{name}' / &contact formulation = 'unilateral' / "
+            "&integrator t_end = 1e-3 / &output file = 'columns.txt' rows = 'interval' /")
+    seen = []
+    for place in (*places, REPO):
+        done = subprocess.run([LDBENCH, inputs/"awprof.yz.nml"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        by_program = header(here/"columns.txt")
+        ldbench.run(inputs/"awprof.yz.nml").write("python.txt")
+        assert checksums(by_program) == checksums(header(here/"python.txt"))
+        assert Case.from_namelist(inputs/"awprof.yz.nml").find("profiles/awprof.yz") == str(
+            "profiles/awprof.yz" if place == here else place/"profiles/awprof.yz")
+        seen.append(checksums(by_program)[0])
+        if place != REPO:
+            shutil.rmtree(place/"profiles")
+    assert len(set(seen)) == 4
+    message = (f"{inputs}/mine.yz.nml, &profiles wheel_profile: profiles/mine.yz: cannot be opened for reading; looked for in the "
+               f"working folder, in {inputs}, in {inputs.parent}, in {REPO}")
+    done = subprocess.run([LDBENCH, inputs/"mine.yz.nml"], capture_output=True, text=True)
+    assert done.stderr == f"ldbench: error: {message}\n"
+    with pytest.raises(Error) as told:
+        ldbench.run(inputs/"mine.yz.nml")
+    assert str(told.value) == message and isinstance(told.value, FileNotFoundError)
+    with pytest.raises(FileNotFoundError, match=r"none\.yz: cannot be opened for reading; looked for in the working folder, in "):
+        ldbench.Profile("none.yz")
+
+
+def test_a_profile_beside_the_namelist_is_not_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A profile that is found there, by a name that leads nowhere from the working folder."""
+    wheel = tmp_path/"wheel.yz"
+    shutil.copy(REPO/"profiles/awprof.yz", wheel)
+    (tmp_path/"case.nml").write_text(f"&profiles wheel_profile = 'wheel.yz' / &output file = '{wheel}' /")
+    (tmp_path/"here").mkdir()
+    monkeypatch.chdir(tmp_path/"here")
+    done = subprocess.run([LDBENCH, "../case.nml"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1) and "which is &profiles wheel_profile" in done.stderr
+    with pytest.raises(Error, match="which is &profiles wheel_profile"):
+        Case.from_namelist("../case.nml")
+    assert wheel.read_bytes() == (REPO/"profiles/awprof.yz").read_bytes()
 
 
 def test_shipped_inputs_are_found_from_any_folder(tmp_path, monkeypatch):

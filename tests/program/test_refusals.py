@@ -137,7 +137,7 @@ COMMANDS: list[tuple[str, int, str]] = [
     ("view ours.txt -o ours.txt", 1, "expected a"), ("view ours.txt -o film.avi", 1, "found .avi"),
     ("view ours.txt -o film.gif --from 7", 1, "expected times from 0 to "),
     ("view ours.txt -o film.gif --speed 1e-12", 1, "expected at most 20000 frames"),
-    ("view unnamed.csv", 1, "expected a column time, or --map TOML that names our columns, found t, Y"),
+    ("view unnamed.csv", 1, "expected a column time, --map TOML that names our columns, or --simulation NAME"),
     ("view back.csv", 1, "expected rows with ascending times")]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from running import HANG, REPO, WINDOWS, rows, run_case, short_case
+from running import HANG, LDBENCH, REPO, WINDOWS, rows, run_case, short_case
 
 pytestmark = pytest.mark.skipif(not WINDOWS, reason="only by make test-windows")
 
@@ -59,3 +59,12 @@ def test_redirection_of_the_command_line(tmp_path: Path):
     assert cmd(f"{windows_path(EXE)} < case.nml > said.txt 2> failed.txt") == 1
     assert (tmp_path/"failed.txt").read_text().endswith("found case.nml, which is the namelist itself\n")
     assert (tmp_path/"case.nml").read_text() == text
+
+
+def test_shipped_files_are_found_beside_the_executable(tmp_path: Path):
+    """From any folder: profiles by the names that inputs have, and the inputs."""
+    short = "&integrator t_end = 1e-3 / &contact model = 'hertz' / &output file = 'columns.txt' /\n"
+    done = subprocess.run([LDBENCH], input=short, cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
+    assert (done.returncode, done.stderr) == (0, "") and (tmp_path/"columns.txt").is_file()
+    done = subprocess.run([LDBENCH, "inputs\\none.nml"], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == 1 and "; looked for in the working folder, in " in done.stderr

@@ -137,7 +137,7 @@ def test_study_changes_what_it_says(exercise: int, tmp_path: Path):
 
 
 def test_the_function_has_the_tables_of_the_command(tmp_path: Path, undrawn: None):
-    """Of runs in memory and of their files, to the digits that files have."""
+    """Runs in memory and their files are compared alike, to the digits that files have."""
     case = ldbench.Case.exercise(2).replace(model="hertz", t_end=0.03, table_folder=kept_tables())
     runs = [ldbench.run(case.replace(vY=vY)) for vY in (0.5, 0.51)]
     files = [run.write(tmp_path/f"{k}.txt") for k, run in enumerate(runs)]

@@ -128,3 +128,12 @@ def test_the_command_tells_a_file_of_another_code(tmp_path: Path, shipped: dict[
     facts, = json.loads(capsys.readouterr().out)["files"]
     assert facts["kind"] == ELASTIC and facts["exponent"]["value"] == pytest.approx(1.5, abs=0.02)
     assert facts["step"]["value"] is None and facts["step"]["why"]
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.01, 0.03, 0.06])
+def test_no_word_stands_beside_a_number_that_excludes_it(damping: float):
+    """'No damping' and 'none seen' stand only where damping and loss may be zero."""
+    found = found_in(physics.simulate(Physics(hunt_crossley=damping), FIRST))
+    assert (found.damping_kind == NONE) == (found.damping.why == "none seen")
+    if found.damping_kind == NONE:
+        assert found.damping.holds(0.0) and (found.loss.holds(0.0) or not found.loss.known)

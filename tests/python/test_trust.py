@@ -269,7 +269,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 def test_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     monkeypatch.chdir(tmp_path)
     THROWN.replace(dt=1e-4, t_end=0.01).to_namelist("case.nml")
-    for words, said in ((["none.nml"], "none.nml"), (["case.nml", "--picture", "a.txt"], "expected a picture"),
+    for words, said in ((["none.nml"], "none.nml"), (["case.nml", "--picture", "a.txt"], "or a picture .svg or .png, found .txt"),
                         (["case.nml", "--json", "case.nml"], "a file of its own"), (["case.nml", "-j", "0"], "a number from 1"),
                         (["case.nml", "--json", "nowhere/a.json"], "a folder that is there"),
                         (["case.nml", "--set", "wheel_profile=none.yz"], "none.yz")):

@@ -109,6 +109,36 @@ def test_a_rail_that_pulls_is_drawn(world: World):
     assert any(text.startswith("tread −") for text in words(picture, 0.005))
 
 
+@pytest.mark.parametrize("moment", [0.0, 0.5])
+def test_a_still_figure_has_the_words_and_points_of_the_frame(moment: float, world: World):
+    """For files of lines and letters: contacts that are open have no point, and nothing is left out as moving."""
+    raw = world.thrown
+    t = float(raw.t[raw.first_peak("LF")]) if moment else 0.0
+    frame = words(drawn(world.run("ex2_aw")), t)
+    picture = drawn(world.run("ex2_aw"))
+    figure = picture.still_figure(t)
+    assert sorted(text.get_text() for text in figure.findobj(Text) if text.get_text()) == sorted(frame)
+    closed = {contact for contact in ("LT", "LF", "RT", "RF") if np.interp(t, raw.t, raw.c[f"N_{contact}"]) > 1}
+    for scene in picture.scenes:
+        side = {0: "LR", 1: "L", -1: "R"}[scene.side]
+        assert {contact for (_, contact), point in scene.points.items() if point.get_visible()} == {
+            contact for contact in closed if contact[0] in side}
+        assert all(np.interp(t, raw.t, raw.c[f"y_{contact}"]) == pytest.approx(point.get_xdata()[0], rel=1e-12)
+                   for (_, contact), point in scene.points.items() if point.get_visible())
+    assert not [artist for artist in figure.findobj() if artist.get_animated() and artist.get_visible()]
+
+
+@pytest.mark.parametrize(("ending", "begins"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
+def test_picture(ending: str, begins: bytes, world: World, tmp_path: Path):
+    """As the ending of the name says, with the same bytes again."""
+    made = []
+    for name in "one", "two":
+        target = tmp_path/f"{name}.{ending}"
+        assert main(["view", str(world.thrown.file), "-o", str(target), "--from", "0.02"]) == 0
+        made.append(target.read_bytes())
+    assert made[0] == made[1] and made[0].startswith(begins)
+
+
 @pytest.mark.parametrize("ending", ["gif", "mp4"])
 def test_file(ending: str, world: World, tmp_path: Path):
     """All frames are in the file, and the wheelset moves."""

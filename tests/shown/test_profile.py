@@ -20,9 +20,9 @@ from ldbench.__main__ import main
 from ldbench.commands import profile as command
 from ldbench.conicity import FINE_PITCH, equivalent_conicity, linearised_conicity
 from ldbench.geometry.pair import Pair, pair
-from ldbench.plots.document import save_sheets
 from ldbench.plots.geometry import contact_lines, pair_page
 from ldbench.plots.profile_page import wheel_dimensions
+from ldbench.plots.sheets import save_sheets
 from ldbench.plots.style import ldbench_style
 from probes import profile
 from reading import Line, differing

@@ -84,4 +84,4 @@ HOSTILE: dict[str, Spoil] = {
 
 # A line above the names is a remark, whatever its length and letters. The unit of the time follows from the length of the
 # file, whatever it states.
-HARMLESS = {"huge names", "letters that are not UTF-8", "milliseconds that are called seconds"}
+HARMLESS = {"huge names", "letters that are not UTF-8", "milliseconds that are called seconds", "quotes about numbers"}

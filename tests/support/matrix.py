@@ -40,7 +40,6 @@ def try_pair(wheel: Path, pair: str, scratch: Path) -> bool:
     venv.create(scratch/"venv", clear=True, with_pip=True)
     python, work = scratch/"venv/bin/python", Path(tempfile.mkdtemp(dir=scratch))
     (work/"outputs").mkdir()
-    (work/"profiles").symlink_to(REPO/"profiles")
     install = [python, "-m", "pip", "install", "--quiet", "--only-binary=:all:", wheel, *pair.split()]
     for command in install, [python, "-c", TRIAL]:
         done = subprocess.run(command, cwd=work, capture_output=True, text=True)

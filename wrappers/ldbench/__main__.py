@@ -158,11 +158,19 @@ def run_command(arguments: list[str] | None) -> int:
     except KeyboardInterrupt as stopped:
         print("ldbench: stopped", file=sys.stderr)
         return 128 + int(*stopped.args or (signal.SIGINT,))
-    if "--json" in given and sys.stdout:
+    if asks_for_json(given) and sys.stdout:
         with suppress(OSError):     # the reader has gone, or the disk is full
             print(json.dumps({"error": reason}, ensure_ascii=False), flush=True)
     print(f"ldbench: error: {reason}", file=sys.stderr)
     return status
+
+
+def asks_for_json(given: list[str]) -> bool:
+    """Whether a command line asks for JSON on standard output; of some commands, --json has the name of a file."""
+    if "--json" not in given or given[0] not in COMMANDS:
+        return False
+    option = make_parser(given[:1]).commands[given[0]]._option_string_actions.get("--json")
+    return option is not None and option.nargs == 0
 
 
 def program() -> int:

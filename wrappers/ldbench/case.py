@@ -65,6 +65,20 @@ def data_folder() -> Path:
     return next((folder for folder in (package / "data", package.parents[1]) if (folder / "inputs").is_dir()), package)
 
 
+def places(folder: Path | None) -> bytes:
+    """Where files are looked for after the working folder, as the core takes it: beside a namelist in `folder`, and among the
+    shipped ones."""
+    return b"\x1c".join(os.fsencode(place) for place in (folder or "", data_folder()))
+
+
+def find_file(name: str | os.PathLike[str], folder: Path | None = None) -> str:
+    """Path of the file that is called `name`: from the working folder, beside the namelist in `folder` or in the folder above it,
+    or among the shipped ones. MissingFile, which names these places, where there is none."""
+    path, size, message, length = flat.find_file(path_bytes(name), places(folder))
+    check(message, length)
+    return os.fsdecode(bytes(path)[:size])
+
+
 @functools.cache
 def _indices() -> dict[str, tuple[int, ...]]:
     """Place in the list of every name and group_name, in lower case; several where a name is ambiguous."""
@@ -108,9 +122,9 @@ class Case(Variables):
     groups share a name, for files and folders, and anywhere else if you like, the group goes before it:
     `case.table_roll`, `case.output_file`, `case.table_folder`. Values are in SI units, angles in rad; `case.describe()` lists them.
 
-    Profiles with relative names are looked for in the working directory, as the executable does, then beside
-    the namelist file and in the folder above it, then among the shipped ones. What is written, columns and contact
-    tables, goes to the working directory.
+    Files with relative names are looked for in the working folder, then beside the namelist file and in the folder above it,
+    then among the shipped ones, as by the executable. Columns and contact tables go to the working folder; tables go to the
+    user's cache where their folder may not be written.
     """
 
     values: tuple[Value, ...]       # in the order of `variables()`
@@ -158,16 +172,14 @@ class Case(Variables):
     def from_namelist(cls, source: str | os.PathLike[str] | Mapping[str, Mapping[str, Value]]) -> Case:
         """A case from a namelist file, from namelist text, or from groups as `namelist` gives them.
 
-        A string that begins with & or has several lines is text. A file that is not there may be a shipped one,
-        `inputs/ex1_aw.nml`. Variables that are not mentioned have the
-        benchmark's values. Raises Error with the core's message.
+        A string that begins with & or has several lines is text. A file that is not in the working folder may be a shipped one,
+        `inputs/ex1_aw.nml`. Variables that are not mentioned have the benchmark's values. Raises Error with the core's message.
         """
         if isinstance(source, Mapping):
             return cls._read("namelist", _namelist_text(source))
         if isinstance(source, str) and (not source.strip() or source.lstrip().startswith(("&", "\ufeff")) or "\n" in source):
             return cls._read("namelist", source)
-        path, shipped = os.fspath(source), data_folder()/source
-        return cls._read(str(shipped) if shipped.is_file() and not Path(path).exists() else path, None)
+        return cls._read(find_file(source), None)
 
     @classmethod
     def given(cls, case: Case | str | os.PathLike[str]) -> Case:
@@ -189,10 +201,10 @@ class Case(Variables):
 
     @classmethod
     def _read(cls, label: str, source: str | None) -> Case:
-        numbers, words, message, length = flat.read_namelist(
-            path_bytes(label), int(source is not None), _words(source or ""), len(variables()))
-        check(message, length)
         folder = Path(label).resolve().parent if source is None else None
+        numbers, words, message, length = flat.read_namelist(
+            path_bytes(label), int(source is not None), _words(source or ""), places(folder), len(variables()))
+        check(message, length)
         return cls.of_values(_unpack(numbers, bytes(words)), label, folder)
 
     def replace(self, values: Changes | None = None, /, **changes: Unpack[Values]) -> Case:
@@ -252,10 +264,11 @@ class Case(Variables):
         raise refusal(file=self.label, group=variable.group, variable=variable.name, expected=variable.range, found=f"{value!r}")
 
     def arrays(self) -> tuple[np.ndarray, bytes]:
-        """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each."""
+        """The values as the core takes them: numbers, shape (variables,), and texts of 256 characters each, with the places where
+        files are looked for."""
         numbers = np.array([0.0 if isinstance(value, str) else float(value) for value in self.values])
         words = b"".join((_words(value) if isinstance(value, str) else b"").ljust(TEXT_LENGTH) for value in self.values)
-        return numbers, words
+        return numbers, words + places(self.folder)
 
     def namelist(self) -> dict[str, dict[str, Value]]:
         """All values by group and variable: `case.namelist()["initial"]["vY"]`."""
@@ -277,13 +290,15 @@ class Case(Variables):
 
     def find(self, name: str) -> str:
         """Path of the file that the case calls `name`; `name` itself when there is none."""
-        if Path(name).is_absolute() or Path(name).exists():
-            return name
-        beside = [self.folder, self.folder.parent] if self.folder else []
-        for folder in (*beside, data_folder()):
-            if (folder / name).exists():
-                return str(folder / name)
+        with suppress(MissingFile):
+            return find_file(name, self.folder)
         return name
+
+    @property
+    def kept_folder(self) -> str:
+        """The folder that keeps contact tables: `table_folder`, or the user's cache where that may not be written; '' for none."""
+        path, size = flat.kept_folder(path_bytes(self.table_folder))
+        return os.fsdecode(bytes(path)[:size])
 
     def profile_files(self) -> dict[str, str]:
         """Paths of the profiles by variable, those of the right side where they are named."""
@@ -383,7 +398,7 @@ for _k, _variable in enumerate(variables()):
 @functools.cache
 def defaults() -> tuple[Value, ...]:
     """The benchmark's value of every variable."""
-    numbers, words, message, length = flat.read_namelist(b"case", 1, b"&case /", len(variables()))
+    numbers, words, message, length = flat.read_namelist(b"case", 1, b"&case /", places(None), len(variables()))
     check(message, length)
     return tuple(_unpack(numbers, bytes(words)))
 

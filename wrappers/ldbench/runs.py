@@ -26,7 +26,7 @@ from .table import ContactTable
 if TYPE_CHECKING:       # what draws and makes frames is imported where it is needed: it takes longer than a short run
     import pandas as pd
 
-    from .plots.document import Figures
+    from .plots.sheets import Figures
     from .viewer.page import Page
 
 log = logging.getLogger(__name__)
@@ -85,7 +85,8 @@ class Run(RunData):
         return drawn(self)
 
     def save_plots(self, path: str | os.PathLike[str] = "") -> Path:
-        """Write these figures as the pages of a PDF, by default NAME.pdf here; returns its path."""
+        """Write these figures as the pages of a PDF, by default NAME.pdf here, or below each other as a picture .svg
+        or .png; returns its path."""
         from .plots.document import plot_runs
 
         target = Path(path or f"{self.name}.pdf")
@@ -144,6 +145,11 @@ class ComputedRun(Run):
         """The summary that the executable prints."""
         return text(*flat.run_summary(self.table._handle, self.handle))
 
+    @property
+    def unkept(self) -> str:
+        """A warning where the contact tables could not be kept; '' where they were."""
+        return text(*flat.run_unkept(self.handle)).partition("\x1c")[0]
+
     @functools.cached_property
     def table(self) -> ContactTable:
         """The contact table, prepared where it is not at hand."""
@@ -183,8 +189,8 @@ class ComputedRun(Run):
 
 
 def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = None, table: ContactTable | None = None) -> Run:
-    """Run a case, or a namelist file; nothing is written but contact tables, where the case names a folder for them. For a
-    mapping of values make a case: `run(Case(values))`.
+    """Run a case, or a namelist file; nothing is written but contact tables, where the case names a folder for them: `write()` of
+    the run writes the column file that the case names. For a mapping of values make a case: `run(Case(values))`.
 
     progress: True draws a bar on a terminal, a function is called as `progress(stage, share)` from this thread,
     with stage 'integration' and the share done, 0 to 1. table: that of an earlier run, which saves
@@ -192,8 +198,11 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     so does any exception in `progress`. Other Python threads go on meanwhile. Every line of `run.warnings` is a
     `ldbench.Warning`.
     """
-    done = compute(Case.given(case), progress, table)
-    for words in done.warnings:
+    case = Case.given(case)
+    done = compute(case, progress, table)
+    if case.output_file:
+        log.info("not written: %s, which the case names; write() of the run writes it", case.output_file)
+    for words in filter(None, (*done.warnings, done.unkept)):
         warnings.warn(words, Warning, stacklevel=2)
     return done
 

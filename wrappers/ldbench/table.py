@@ -285,7 +285,7 @@ class ContactTable:
         case, stiffness, made = self.case, "", f"formulation {self.case.formulation}: rigid contacts, no contact table"
         if case.formulation == "elastic":
             stiffness = f", vertical stiffness {1e-6*self.tangent(0.0, self.equilibrium, 0.0)[1, 1]:.1f} kN/mm"
-            kept = f"kept in {case.table_folder}" if case.table_folder else "not kept"
+            kept = f"kept in {folder}" if (folder := case.kept_folder) else "not kept"
             made = f"contact table: model {case.model}, {self._made}, {kept}"
         return [f"profiles: {profile_names(case)}", f"rigid-axle clearance [mm]: {self.clearance_words}",
                 f"equilibrium: axle {self.equilibrium:.6f} m above the rails, {1e3*self.sinking:.4f} mm lower than with rigid "

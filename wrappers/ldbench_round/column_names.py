@@ -2,11 +2,11 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from functools import lru_cache
 
 from ldbench.results.columns import UNITS
 
+from .languages import in_english
 from .tasks import QUANTITIES
 
 UNIT_OF = {"Y": "m", "Z": "m", "roll": "rad", "vY": "m/s", "vZ": "m/s", "roll_rate": "rad/s", "aY": "m/s2", "aZ": "m/s2",
@@ -38,11 +38,13 @@ WORDS = {
 LETTERS = {letters: words.split() for letters, words in {
     "l": "left", "r": "right", "lh": "left", "rh": "right", "li": "left", "re": "right", "lef": "left", "rig": "right",
     "wl": "left", "wr": "right", "f": "flange", "t": "tread", "fl": "flange", "tr": "tread", "lt": "left tread",
-    "lf": "left flange", "rt": "right tread", "rf": "right flange", "n": "normal", "fn": "normal", "q": "wheel-load",
+    "lf": "left flange", "rt": "right tread", "rf": "right flange", "n": "normal", "fn": "normal", "nf": "normal",
+    "yf": "force lateral", "qf": "wheel-load", "q": "wheel-load",
     "fy": "force lateral", "fz": "force vertical", "y": "lateral", "z": "vertical", "cp": "place", "ycp": "place lateral",
     "zcp": "place vertical", "rr": "radius", "cang": "angle", "a": "acceleration", "v": "velocity",
     "vy": "velocity lateral", "vz": "velocity vertical", "ay": "acceleration lateral", "az": "acceleration vertical",
-    "phi": "roll", "al": "roll", "omega": "velocity", "dot": "derivative", "vit": "velocity", "dep": "displacement",
+    "phi": "roll", "al": "roll", "alpha": "roll angle", "delta": "angle", "omega": "velocity", "dot": "derivative",
+    "vit": "velocity", "dep": "displacement",
     "ang": "angle", "gam": "angle", "gamma": "angle", "ca": "angle", "yc": "place lateral", "zc": "place vertical",
     "dt": "velocity", "dt2": "acceleration", "ylat": "displacement lateral",
     # Gensys turns about the axes f, k and p; a finite element program counts its axes.
@@ -58,28 +60,50 @@ for _ways, _word in ("y lat", "lateral"), ("z vert", "vertical"), ("phi rx roll 
         LETTERS |= {name: [_word, _kind] for way in _ways.split() for name in _names.replace("_", way).split()}
 _WORD = re.compile("|".join(f"(?P<w{k}>{words})" for k, words in enumerate(WORDS.values())))
 AXIS = ("Y", "vY", "aY"), ("Z", "vZ", "aZ"), ("roll", "roll_rate", "roll_acc")
+#: Places of contacts that stand behind a quantity, and what they mean: wheel and contact by letters, or by letter and number.
+PLACES = {"lt": "lt", "lf": "lf", "rt": "rt", "rf": "rf", "l1": "lt", "l2": "lf", "r1": "rt", "r2": "rf", "11": "lt", "22": "rf"}
+GLUED = re.compile(rf"\b([a-z]*)({'|'.join(PLACES)})\b")
+#: Of two numbers either may be that of the wheel: the numbers of the column decide.
+EITHER = {"12": ("lf", "rt"), "21": ("lf", "rt")}
+LETTERS_EITHER = {"alpha": ("roll", "roll_acc"), "omega": ("roll_rate",)}
+HUMPS = re.compile(r"(?<=[a-z]{2})(?=[A-Z])")       # between words as in normalForce
 TIME = "t", "time", "temps", "zeit", "tempo"
 TOWARDS = re.compile(r"\b(?:positive )?(?:to|towards) the (?:left|right)\b")     # a direction, not a wheel
 NOTHING_OF_OURS = frozenset({"another quantity"})
 
 
 def flat(name: str) -> str:
-    """The words of a name in lower case, in letters and digits of ASCII, with a blank between them."""
-    words = unicodedata.normalize("NFKD", name.lower().replace("ß", "ss").replace("ä", "ae").replace("ö", "oe").replace("ü", "ue"))
-    return re.sub(r"[^a-z0-9]+", " ", "".join(c for c in words if not unicodedata.combining(c))).strip()
+    """The words of a name in English, French or German, in lower case, in letters and digits of ASCII, with a blank between
+    them."""
+    words = HUMPS.sub(" ", name).lower().replace("ß", "ss").replace("ä", "ae").replace("ö", "oe").replace("ü", "ue")
+    return re.sub(r"[^a-z0-9]+", " ", in_english(words)).strip()
 
 
 def words_of(name: str) -> set[str]:
     """What the words of a name mean; words in one, as in German, are told apart."""
     words = TOWARDS.sub("", flat(name))
-    for glued, quantity, place in re.findall(r"\b((\w+)([lr][tf]))\b", words):       # as in FnLF
-        if quantity in LETTERS:
-            words = words.replace(glued, f"{'rr' if quantity == 'r' else quantity} {place}")
+    words = GLUED.sub(apart, words)
+    if re.search("tread|flange", words) and re.search("left|right", words):      # f and r are no places then, as in tread.f_n
+        words = re.sub(r"\br ([yz])\b", r"\1c", re.sub(r"\bf ([nyz])\b", r"f\1", words))
+    words += ("", " velocity", " acceleration")[min(derivatives(name), 2)]
     found = {word for letters in {*words.split(), *re.findall("[a-z]+", words)} for word in LETTERS.get(letters, ())}
     for match in _WORD.finditer(words):
         if match.lastgroup:
             found.add(list(WORDS)[int(match.lastgroup[1:])])
     return found - {""}
+
+
+def apart(found: re.Match[str]) -> str:
+    """A quantity and its place apart, where they stand together as in FnLF, Nf_L1 and Q11."""
+    quantity, place = found.groups()
+    known = found[0] not in LETTERS and (quantity in LETTERS or not (quantity or place.isdecimal()))
+    return f"{'rr' if quantity == 'r' else quantity} {PLACES[place]}" if known else found[0]
+
+
+def derivatives(name: str) -> int:
+    """How often a name is derived with respect to time: by der() of Modelica, or by strokes behind it."""
+    strokes = re.search(r"['\u2032\u2019]+(?=\s*$)", name.replace("\u2033", "''"))
+    return max(len(re.findall(r"\bder\s*\(", name.lower())), len(strokes[0].strip()) if strokes else 0)
 
 
 def by_words(name: str) -> set[str]:
@@ -108,11 +132,21 @@ def by_words(name: str) -> set[str]:
     return set()
 
 
+def either_place(words: str) -> set[str]:
+    """The columns of a name as Q12, in which the wheel may have the first number or the second."""
+    found = re.fullmatch(rf"([a-z]+) ?({'|'.join(EITHER)})", words)
+    if found is None:
+        return set()
+    letters = "rr" if found[1] == "r" else found[1]
+    return {column for place in EITHER[found[2]] for column in by_words(f"{letters}_{place}")}
+
+
 @lru_cache
 def meanings(name: str, unit: str = "") -> frozenset[str]:
     """The columns of ours that a name of another code may stand for; with a unit, those of its kind."""
-    word = re.sub("[^a-z0-9]", "", name.lower())
-    found = {column for column in QUANTITIES if re.sub("[^a-z0-9]", "", column.lower()) == word} or by_words(name)
+    word = flat(name).replace(" ", "")
+    found = {column for column in QUANTITIES if re.sub("[^a-z0-9]", "", column.lower()) == word}
+    found = found or set(LETTERS_EITHER.get(word, ())) or either_place(flat(name)) or by_words(name)
     if word in TIME:
         found = {"time"}
     kind = UNITS.get(unit, ("",))[0]
@@ -121,3 +155,8 @@ def meanings(name: str, unit: str = "") -> frozenset[str]:
         # The unit tells whether a displacement, a velocity or an acceleration is meant.
         fitting = {column for axis in AXIS for column in axis if found & set(axis) and SI[column] == kind}
     return frozenset(fitting or (NOTHING_OF_OURS if found else ()))
+
+
+def understood(text: str) -> int:
+    """How many words of a text, between separators of cells, name a column."""
+    return sum(bool(meanings(cell.strip("\"' "))) for cell in {*re.split(r"[;,\t|\n]", text)} if re.search(r"[^\W\d]", cell))

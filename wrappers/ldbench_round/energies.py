@@ -23,11 +23,12 @@ SUMS = {KINETIC: "kinetic energy", POTENTIAL: "potential energy"}
 WRONG = 0.02, 0.1       # of the largest change of an energy: doubtful, wrong
 AT_REST = 20.0          # elastic energy of the contacts at rest, at most [J]; zero may be there or where they are open
 
-KINDS = {"kinetic": r"kinet\w*|cinetique|e?kin|ke|ec", "potential": r"potent\w*|e?pot|pe|ep", "elastic": r"e?elast\w*"}
-WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al",
-         "grav": r"grav(?:ity)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links",
-         "elastic_R": r"right|droite?|rechts"}
-NO_PART = "energy", "energie", "e", "total"
+KINDS = {"kinetic": r"kinet\w*|cinetique|[et]?kin|ke|ec|ek", "potential": r"potent\w*|[eu]?pot|pe|ep",
+         "elastic": r"e?elast\w*|[eu]?el"}
+WHERE = {"lat": r"lat(?:eral)?|quer|y", "vert": r"vert(?:ical)?|vertikal|z", "roll": r"roll|roulis|wanken|al|phi",
+         "grav": r"g(?:rav(?:ity)?)?|weight|pesanteur|gewicht", "load": r"load|charge|last", "elastic_L": r"left|gauche|links|l",
+         "elastic_R": r"right|droite?|rechts|r"}
+NO_PART = "energy", "energie", "e", "total", "wheelset", "axle", "wheel", "of", "the", "de", "di", "del", "la"
 
 
 def energy_named(words: str) -> str:
@@ -79,3 +80,40 @@ def energy_findings(run: RunData, case: Case) -> Iterator[Finding]:
         ratio = float(np.sum(change*of_motion)/max(np.sum(of_motion**2), 1e-300))
         yield judged(f"{SUMS.get(column) or quantity(column).words} is that of the motion", error.max(), *WRONG,
                      int(error.argmax()) + 1, f"about {ratio:.3g} times what velocities, or weight, load and Z make")
+
+
+def side_findings(run: RunData) -> Iterator[Finding]:
+    """Whether the elastic energy of a wheel stays what it is while none of its contacts presses."""
+    for side, words in ("L", "left"), ("R", "right"):
+        column, forces = f"PE_elastic_{side}", [f"N_{side}{part}" for part in "TF"]
+        if not all(name in run.data for name in (column, *forces)):
+            continue
+        energy, pressed = run.values(column), np.any([np.nan_to_num(run.values(name)) != 0 for name in forces], axis=0)
+        # Rows beside a contact may be those of its beginning and its end.
+        free = ~np.convolve(pressed, np.ones(3), "same").astype(bool) & np.isfinite(energy)
+        size = float(np.ptp(energy[np.isfinite(energy)])) if np.isfinite(energy).any() else 0.0
+        if free.sum() < 2 or not size:
+            continue
+        error = np.where(free, np.abs(energy - np.median(energy[free])), 0.0)/size
+        row = int(error.argmax())
+        yield judged(f"no elastic energy of the {words} wheel in the air", float(error[row]), *WRONG, row + 1,
+                     f"it changes by {error[row]*size:.4g} J while no contact of this wheel presses; are the wheels exchanged?")
+
+
+def total_finding(run: RunData, case: Case) -> Iterator[Finding]:
+    """Whether kinetic and potential energy add up to a sum that does not dip and come back: contacts that give store energy in an
+    impact, which the potential energy has to tell. A sum that falls for good is that of a code that loses energy."""
+    parts = [told(run, whole) for whole in (KINETIC, POTENTIAL)]
+    if parts[0] is None or parts[1] is None or "vY" not in run.data:
+        return
+    work = lateral_work(run, case)
+    energy = np.nan_to_num(parts[0] + parts[1] - work)
+    dip = np.minimum(np.maximum.accumulate(energy), np.maximum.accumulate(energy[::-1])[::-1]) - energy
+    size = max(float(np.ptp(parts[0])), float(np.ptp(work)), 1e-300)
+    row = int(dip.argmax())
+    stored = [run.values(part) for part in ENERGY_PARTS[POTENTIAL][2:] if part in run.data]
+    why = ("the elastic energy of the contacts is missing" if not stored else
+           "the elastic energy of the contacts is zero" if not any(np.any(np.nan_to_num(x) != 0) for x in stored) else
+           "the elastic energy of the contacts is another one")
+    yield judged("total energy does not dip in an impact", float(dip[row]/size), *WRONG, row + 1,
+                 f"the sum of kinetic and potential energy dips by {dip[row]:.4g} J and comes back: {why}")

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ldbench.number_text import number_text
+
 PASSED, DOUBTFUL, FAILED, UNKNOWN = "passed", "doubtful", "failed", "not checked"
 SHOWN = 4           # items of a list in a hint
+MOST_DIGITS = 12    # of a number beside a limit
 COVERAGE = 2.0      # standard deviations in an uncertainty
 
 
@@ -21,12 +24,29 @@ class Finding:
     limit: float = np.nan           # what was expected at most; of a count, how many
     row: int | None = None          # row of the file's numbers, from 1, where it is worst
     hint: str = ""                  # what it may come from
+    time: float = np.nan            # of the row [s]
+    items: tuple[str, ...] = ()     # all of them, where the hint has the first few of many
+
+    def told(self, whole: bool) -> str:
+        """The hint; with the whole list of its items, or with the option of `check` that gives it."""
+        short = listed(self.items)
+        if not self.items or short == ", ".join(self.items):
+            return self.hint
+        return self.hint.replace(short, "; ".join(self.items) if whole else f"{short} (-v names all)")
 
 
 def judged(what: str, number: float, doubtful: float, failed: float, row: int | None = None, hint: str = "") -> Finding:
     """A finding by two limits of a number, which is best at 0."""
     verdict = FAILED if not number <= failed else DOUBTFUL if number > doubtful else PASSED
     return Finding(what, verdict, float(number), doubtful, row if verdict != PASSED else None, hint if verdict != PASSED else "")
+
+
+def apart_text(x: float, limits: Sequence[float], digits: int = 3) -> str:
+    """A number in so many digits, or in as many as show on which side of each limit it is: beside 'doubtful' or a grade, 0.0204
+    does not read as 0.02, nor 0.00104 as 0.001."""
+    while digits < MOST_DIGITS and any((float(f"{x:.{digits - 1}e}") <= limit) != (x <= limit) for limit in limits):
+        digits += 1
+    return number_text(x, digits=digits, trim=True)
 
 
 def listed(items: Sequence[str]) -> str:
@@ -48,6 +68,11 @@ class Estimate:
     def known(self) -> bool:
         """Whether the file tells the number."""
         return bool(np.isfinite(self.value))
+
+    @property
+    def none(self) -> bool:
+        """Whether the number may be zero: words of nothing may stand beside it."""
+        return self.holds(0.0)
 
     def holds(self, truth: float) -> bool:
         """Whether a true number is within the uncertainty."""

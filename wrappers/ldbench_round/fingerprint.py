@@ -43,6 +43,7 @@ from .tasks import Task
 ELASTIC, RIGID, UNKNOWN = "elastic", "rigid", "rigid or elastic, which the file does not tell"
 USED = 4                # blows that are fitted
 COUNTED = 5             # jumps from which restitution is told
+UNSURE = "damping, if it grows with the approach"       # of blows that lose energy and tell no law of it
 GIVES_NOT = 0.01        # approach over that of steel, below which a contact is rigid
 HALVED = 0.5            # by this much damping has to reduce the misfit
 POOR = 0.03             # misfit of a law that is none, over the largest force
@@ -92,7 +93,8 @@ class Fingerprint:
         if self.restitution.known and self.kind == RIGID:
             parts.append(f"restitution {plus_minus(self.restitution)}")
         elif self.loss.known:
-            parts.append(f"loses {plus_minus(self.loss, 100)} % per impact")
+            gains = self.loss.value < 0 and not self.loss.none
+            parts.append(f"{'gains' if gains else 'loses'} {plus_minus(self.loss, -100 if gains else 100)} % per impact")
         parts.append(f"step {plus_minus(self.step, 1e3)} ms" if self.step.known else "step not visible")
         parts.append(f"contact table with a pitch of {plus_minus(self.pitch, 1e3)} mm" if self.pitch.known else
                      "no contact table over Y visible")
@@ -101,7 +103,7 @@ class Fingerprint:
 
 def plus_minus(x: Estimate, factor: float = 1.0) -> str:
     """A number and its uncertainty of one digit: '1.07 ± 0.04'."""
-    value, u = factor*x.value, factor*x.uncertainty
+    value, u = factor*x.value, abs(factor)*x.uncertainty
     digits = int(np.clip(-np.floor(np.log10(u)), 0, 7)) if u > 0 else 3
     return f"{number_text(value, digits)} ± {number_text(u, digits)}"
 
@@ -208,7 +210,12 @@ def of_blows(run: RunData, task: Task, apart: Sequence[Blow], together: Sequence
         unseen = [(law, hidden_damping(blow, loss)) for blow, loss in zip(used, losses, strict=True)
                   if (law := fit_law(blow, BY_DEPTH))]
         damping = combined([law.damping for law, _ in unseen], [max(law.u_damping, hidden) for law, hidden in unseen], "s/m",
-                           "none seen", hidden_damping(used[0], first))
+                           "no law fits", hidden_damping(used[0], first))
+        # Neither fit is far better; yet no number beside these words may exclude them.
+        none = damping.none and (first.none or not first.known)
+        kind = NONE if none else UNSURE
+        if damping.known:
+            damping = replace(damping, why="none seen" if none else f"{what}; a law without damping fits nearly as well")
     return known | {
         "exponent": combined([law.n for law in own], [law.u_n for law in own], why=what, floor=0.5*ROWS),
         "force": combined(forces, u_forces, "N", what, floor=0.5*ROWS*forces[0]),

@@ -155,7 +155,7 @@ def program() -> str:
 def key_of(one: Work) -> str:
     """The key of a file's entry. Error where the file cannot be read."""
     bytes_read = digest_of(one.file, printable(one.file.name))
-    known = bytes_read, one.task.name, one.map, one.seconds, one.reference and one.reference.key, program()
+    known = bytes_read, one.task.name, one.task.clearance, one.map, one.seconds, one.reference and one.reference.key, program()
     return digest(repr(known).encode())
 
 

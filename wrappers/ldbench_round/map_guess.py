@@ -18,6 +18,7 @@ from ldbench import Error
 from ldbench.constants import CONTACTS
 from ldbench.results.columns import UNITS, RawTable
 from ldbench.results.run_data import RunData
+from ldbench.tools import counted
 
 from .column_names import flat, meanings
 from .energies import ENERGIES, energy_named
@@ -34,7 +35,8 @@ EARLY = 0.95                        # weight of the likeness before the flange t
 JOULES = {"N.m": "J", "Nm": "J", "kN.m": "kJ", "kNm": "kJ"}
 SYNONYMS = {"sec", "Nm", "kNm", "-"}
 RARE = {"in", "lbf", "cm", "in/s", "MN"}     # less likely, unless the file says them
-UNUSUAL = {"um", "g", "km/h"}       # only if the file says them
+UNUSUAL = {"um", "g", "km/h", "ft", "ft/s", "ft/s2", "in/s2", "cm/s", "cm/s2", "urad", "gon", "daN", "kgf", "kp", "kips",
+           "us"}                    # only if the file says them
 ROWS = 400                          # instants at which columns are compared
 HALF_GAUGE = 0.70, 0.78             # distance of a rail from the centre, by the gauge or by the running circles [m]
 ZERO_MAY_DIFFER = {"Z", *(f"{name}_{contact}" for name in ("y", "z") for contact in CONTACTS)}
@@ -137,9 +139,12 @@ def tell_normal_from_vertical(raw: RawTable, taken: dict[str, Match]) -> None:
 def find_time(file: Path, raw: RawTable, length: float) -> Match:
     """The column that is the time: it never falls, and its name or its place says so. length: of such files, roughly [s]."""
     found = []
+    falling = ""
     for k, (name, said) in enumerate(zip(raw.names, raw.units, strict=True)):
         x = raw.numbers[:, k]
         if x.size < 3 or not np.isfinite(x).all() or (np.diff(x) < 0).any() or np.unique(x).size < x.size/2:
+            if "time" in meanings(name) and x.size > 1:
+                falling = why_no_time(name, x)
             continue
         stated = UNITS.get(said, ("",))[0] == "s"
         # A stated unit is wrong only if the length of the file cannot be explained otherwise.
@@ -151,8 +156,20 @@ def find_time(file: Path, raw: RawTable, length: float) -> Match:
         offset = 0.0 if 0 <= t[0] <= 2*np.median(np.diff(t)) else -float(t[0])
         found.append((0 if "time" in meanings(name) else 1, k, Match("time", k + 1, name, said, unit, 1, offset, np.nan)))
     if not found:
-        raise Error(file=file, expected="a column that can be the time, which never falls", found="none")
+        raise Error(file=file, expected="a column that can be the time, which never falls", found=falling or "none")
     return min(found)[2]
+
+
+def why_no_time(name: str, x: np.ndarray) -> str:
+    """Why a column that is called the time cannot be it."""
+    if not np.isfinite(x).all():
+        return f"'{name}', which has {counted(int(np.sum(~np.isfinite(x))), 'cell')} without a number, first in row " \
+               f"{int(np.argmin(np.isfinite(x))) + 1}"
+    falls = np.flatnonzero(np.diff(x) < 0)
+    if falls.size:
+        k = int(falls[0])
+        return f"'{name}', which falls {counted(falls.size, 'time')}, first from {x[k]:g} to {x[k + 1]:g} in row {k + 2}"
+    return f"'{name}', which has {np.unique(x).size} different times in {x.size} rows"
 
 
 def likely_matches(raw: RawTable, t: np.ndarray, ours: RunData, time: int) -> Iterator[tuple[float, Match]]:

@@ -16,17 +16,19 @@ from ldbench.results.answers import passages
 from ldbench.results.contact_intervals import ContactInterval
 from ldbench.results.run_data import RunData
 
+from .cell_checks import missing_forces
 from .energies import SUMS, told
 from .jumps import IMPULSES, is_rigid, tells_impulses
 from .own_runs import LAWS, horizon, yardsticks
 from .scores import OVER_TIME, Score, Scores, Unmatched
-from .tasks import Task
+from .tasks import MOTION, Task
 
 MATCHED_BEYOND = 1.1    # times the horizon, up to which partners are looked for
 MOST = 1000             # intervals of a contact that are matched, at most
 LEAST = 1e-3            # share of the largest impulse of a contact's impacts below which an impact is not scored by itself
 PASSAGE = "centre passage"
 WHOLE = 0.9             # share of the reference's time from which a file is whole: simulations end when the wheelset returns
+FORCES = OVER_TIME["force"]
 OF_IMPACTS = "impulse", "peak", "duration"        # kinds of scores
 
 
@@ -61,10 +63,12 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     lost = 1 - present if present < WHOLE else 0.0
     left_out: dict[str, str] = {}
     known: dict[str, tuple[list[ContactInterval], list[ContactInterval]]] = {}
+    lacking: dict[str, list[ContactInterval]] = {}      # intervals of the reference, of contacts without forces in the run
     for contact in CONTACTS:
         mine, theirs = (one.intervals(contact, MATCHED_BEYOND*limit) for one in (run, reference))
         if mine is None or theirs is None:
             left_out[contact] = f"no force of this contact in the {'run' if mine is None else 'reference'}"
+            lacking[contact] = theirs[:MOST] if theirs else []
         else:
             known[contact] = mine[:MOST], theirs[:MOST]
     share = share_of_time(known.values(), begin, end) if known else np.nan
@@ -75,6 +79,8 @@ def scored(run: RunData, reference: RunData, task: Task, limit: float) -> Scores
     until = last if lost else end
     for contact, both in known.items():
         found += contact_scores(contact, *both, limit, until)
+    for contact, theirs in lacking.items():
+        found += [one for one in contact_scores(contact, [], theirs, limit, until) if isinstance(one, Score)]
     passed, expected = (passages(one, MATCHED_BEYOND*limit) for one in (run, reference))
     found += passage_scores(passed, expected, limit, until)
     alone = sorted((one for one in found if isinstance(one, Unmatched)), key=lambda one: one.time)
@@ -108,6 +114,8 @@ def scores_over_time(run: RunData, reference: RunData, task: Task,
     closed = {contact: [closed_at(own, t) for own in both] for contact, both in known.items()}
     same = np.all([mine == theirs for mine, theirs in closed.values()] or [np.ones(t.size, bool)], axis=0)
     elastic = all("PE_elastic_L" in one.data for one in (run, reference))
+    missing = {column: np.interp(t, run.time, where.astype(float)) > 0
+               for contact in CONTACTS for column, where in missing_forces(run, contact)}
     for kind, column in ((kind, column) for kind, columns in OVER_TIME.items() for column in columns):
         contact = column[-2:]
         asked = closed[contact][1] if contact in closed else np.ones(t.size, bool)
@@ -117,18 +125,26 @@ def scores_over_time(run: RunData, reference: RunData, task: Task,
         if mine is None or theirs is None:
             where = [where for where, x in (("run", mine), ("reference", theirs)) if x is None]
             left_out[column] = f"no such column in the {' and the '.join(where)}"
-            yield Score(kind, column, np.nan, share=0.0)
+            # What the reference has and the run has not is wrong altogether.
+            yield Score(kind, column, np.nan if theirs is None else 1.0, share=0.0)
         elif contact in closed and not (same & asked).any():
             yield Score(kind, column, 1.0, share=0.0)
-        elif one := score_over_time(kind, column, mine, theirs, t, same & asked, asked, lost,
+        elif one := score_over_time(kind, column, mine, theirs, t, asked & (same | missing.get(column, False)), asked, lost,
                                     task.clearance if kind in ("place", "radius") else None):
             yield one
 
 
 def values_at(one: RunData, column: str, t: np.ndarray, elastic: bool) -> np.ndarray | None:
-    """A column at times, (times,), or the change of an energy since the first; None where the file has none."""
+    """A column at times, (times,), or the change of an energy since the first; None where the file has none. A force without a
+    number is none, and the motion goes straight over rows without one: what is missing counts."""
     if column not in SUMS:
-        return np.interp(t, one.time, one.values(column)) if column in one.data else None
+        if column not in one.data:
+            return None
+        x = one.values(column)
+        known = np.isfinite(x)
+        if column in FORCES:
+            return np.interp(t, one.time, np.where(known, x, 0.0))
+        return np.interp(t, one.time[known], x[known]) if column in MOTION and known.any() else np.interp(t, one.time, x)
     energy = told(one, column, elastic)
     if energy is None:
         return None
@@ -190,7 +206,7 @@ def contact_scores(contact: str, mine: Sequence[ContactInterval], theirs: Sequen
             if one.begins and not small:
                 yield Score("event", f"{contact} closes {closed}", 1.0, one.start, share=0.0)
             if one.whole and not small:
-                yield Score("impulse", f"{contact} {struck} impulse", 1.0, one.impulse, 0.0, share=0.0)
+                yield from (Score(kind, f"{contact} {struck} {kind}", 1.0, size, 0.0, share=0.0) for kind, size in sizes(one))
             continue
         other = mine[partner[k]]
         if small:
@@ -208,7 +224,13 @@ def contact_scores(contact: str, mine: Sequence[ContactInterval], theirs: Sequen
         yield Unmatched("run", contact, one.start, one.impulse if one.whole else 0.0)
         if one.whole and one.impulse >= LEAST*largest:
             yield Score("event", f"{contact} closes in the file alone at {one.start:.6f} s", 1.0, value=one.start, share=0.0)
-            yield Score("impulse", f"{contact} impulse of the file alone at {one.start:.6f} s", 1.0, 0.0, one.impulse, share=0.0)
+            yield from (Score(kind, f"{contact} {kind} of the file alone at {one.start:.6f} s", 1.0, 0.0, size, share=0.0)
+                        for kind, size in sizes(one))
+
+
+def sizes(one: ContactInterval) -> Iterator[tuple[str, float]]:
+    """The kinds of scores of an impact, and the sizes that it has: a rigid one has neither a largest force nor a duration."""
+    yield from ((kind, size) for kind in OF_IMPACTS if np.isfinite(size := getattr(one, kind)) and size > 0)
 
 
 def event_score(name: str, value: float, expected: float) -> Score:

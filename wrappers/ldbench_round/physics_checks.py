@@ -12,7 +12,8 @@ from ldbench.results.derived import cumulative
 from ldbench.results.run_data import RunData
 
 from .blows import LEAST_FORCE
-from .energies import energy_findings
+from .drift_checks import TIME_ERROR, by_times, drift_findings
+from .energies import energy_findings, side_findings, total_finding
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
 from .jumps import SHORT, jump_intervals, jumps, leaps, typical_interval
 from .row_checks import OF_MOMENT, has, inertia_findings, lateral_force, lateral_work, place_findings, roll_moment, total, weight_of
@@ -54,21 +55,29 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     yield from order_findings(run, task, case, bool(leaping))
     yield from clearance_findings(run, task)
     yield from gap_findings(run)
-    if leaping and near and not rigid:
+    if leaping and near and not rigid and not run.data.attrs.get(TIME_ERROR):
         yield Finding("velocities do not jump", FAILED, len(leaping), 0, leaping[0].row + 1,
                       "contacts give, and velocities change without a force: rows are missing, or two runs are joined")
     yield from contact_findings(run, case)
     yield from place_findings(run, case)
     yield from inertia_findings(run, case, near and not rigid)
+    closed = []
     for x, v, what in INTEGRALS:
         if has(run, x, v):
-            yield balance(what, run.time, run.values(x), run.values(v), "another frame, unit or sign", jumping)
+            found = balance(what, run.time, run.values(x), run.values(v), "another frame, unit or sign", jumping,
+                            by_times(run, run.values(v)))
+            closed += [x] if found.verdict == PASSED else []
+            yield found
         else:
             yield Finding(what, UNKNOWN, hint=f"no {x if not has(run, x) else v}")
+    yield from drift_findings(run, case, closed, rigid, near and not rigid)
     yield from momentum_findings(run, case, jumping)
     yield roll_finding(run, case, jumping)
     yield energy_finding(run, case, rigid)
     yield from energy_findings(run, case)
+    if not rigid:
+        yield from total_finding(run, case)
+        yield from side_findings(run)
     yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else \
         row_finding(run, *((FEW_ROWS, TOO_FEW_ROWS) if task.exercise < 5 else (RAMP_ROWS, RAMP_ROWS)))
 
@@ -232,8 +241,9 @@ def balance(what: str, t: np.ndarray, x: np.ndarray, rate: np.ndarray, hint: str
     missed = float(np.sum(left[steady])/amount)
     if missed <= COARSE:
         # How dense the rows are is a finding of its own.
-        return Finding(what, PASSED if missed <= FINE and jumping is None else DOUBTFUL, missed, FINE,
-                       hint="between impacts, for which the rows are too far apart")
+        fine = missed <= FINE and jumping is None
+        return Finding(what, PASSED if fine else DOUBTFUL, missed, FINE, None if fine else whole.row,
+                       "between impacts, for which the rows are too far apart")
     if jumping is not None and TOO_FEW_ROWS < np.sum(~jumping) < jumping.size:
         amount = np.sum(np.abs(steps[~jumping]) + np.abs(means[~jumping]))/2
         if np.sum(left[~jumping]) <= COARSE*max(amount, 1e-300):
@@ -246,8 +256,9 @@ def momentum_findings(run: RunData, case: Case, jumping: np.ndarray | None) -> I
     """Whether the forces of the contacts explain the velocities."""
     for v, name, words, load in (("vY", "Fy", "lateral", lateral_force(run, case)), ("vZ", "Fz", "vertical", -weight_of(case))):
         if has(run, v, *(f"{name}_{contact}" for contact in CONTACTS)):
-            yield balance(f"{words} momentum closes", run.time, case.mass*run.values(v), total(run, name) + load,
-                          "forces of another frame, unit or sign, or a missing load", jumping)
+            force = total(run, name) + load
+            yield balance(f"{words} momentum closes", run.time, case.mass*run.values(v), force,
+                          "forces of another frame, unit or sign, or a missing load", jumping, by_times(run, force))
         else:
             yield Finding(f"{words} momentum closes", UNKNOWN, hint=f"needs {v} and {name} of all contacts")
 
@@ -262,8 +273,10 @@ def roll_finding(run: RunData, case: Case, jumping: np.ndarray | None) -> Findin
     if not has(run, "roll_rate", *OF_MOMENT):
         return Finding(what, UNKNOWN, hint="needs Y, Z, the roll velocity, and forces and positions of all contacts")
     pressed = sum(np.hypot(*(np.nan_to_num(run.values(name)) for name in pair)) for pair in forces)
-    return balance(what, run.time, case.roll_inertia*run.values("roll_rate"), roll_moment(run, case),
-                   "forces act elsewhere than it is said, or in another frame", jumping, APPROACH*cumulative(run.time, pressed))
+    moment = roll_moment(run, case)
+    return balance(what, run.time, case.roll_inertia*run.values("roll_rate"), moment,
+                   "forces act elsewhere than it is said, or in another frame", jumping,
+                   APPROACH*cumulative(run.time, pressed) + by_times(run, moment))
 
 
 def energy_balance(run: RunData, case: Case, rigid: bool = False) -> np.ndarray | None:

@@ -18,7 +18,7 @@ from ldbench.geometry.outlines import case_outlines
 from ldbench.results.derived import cumulative
 from ldbench.results.run_data import RunData
 
-from .findings import FAILED, UNKNOWN, Finding, judged
+from .findings import DOUBTFUL, FAILED, UNKNOWN, Finding, judged
 
 LINEAR = 0.04           # residual over the forces, at most, of rows that obey one law
 QUIET = 0.3             # share of the rows, those with the least acceleration, that tell the weight
@@ -34,6 +34,8 @@ AWAY = 0.3e-3, 2e-3     # from the rail, beyond the elastic approach: doubtful, 
 TURNED = 0.05, 0.2      # from the normal of the profile: doubtful, wrong [rad]
 MODULUS = 9e10          # force over approach to the power 3/2 of steel wheels on rails, roughly [N/m^1.5]
 RADIUS = 0.3e-3, 1.5e-3 # from the distance of the contact from the axle, beyond the elastic approach: doubtful, wrong [m]
+LIFT = 2e-4             # range of Z that tells whether a radius follows it [m]
+ONE, LIKE = 0.15, 0.9   # by what the slope may differ from 1; least correlation
 ARC = 1e-3              # to either side over which the direction of the profile is taken [m]: patches are longer
 
 
@@ -152,6 +154,7 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
                      "[m]; positions of another origin or of another frame, or another profile")
         if {"Y", "Z", "roll", f"radius_{contact}"} <= set(run.data):
             yield radius_finding(run, case, contact, rows, n[rows])
+            yield from lift_finding(run, case, contact, rows)
         if f"angle_{contact}" not in run.data:
             continue
         light = n[rows] <= LIGHT
@@ -167,9 +170,7 @@ def place_findings(run: RunData, case: Case) -> Iterator[Finding]:
 
 def radius_finding(run: RunData, case: Case, contact: str, rows: np.ndarray, n: np.ndarray) -> Finding:
     """Whether a rolling radius is the distance of the contact from the axle in these rows, in which the contact carries n [N]."""
-    y, z, said = (run.values(f"{name}_{contact}")[rows] for name in ("y", "z", "radius"))
-    roll = run.values("roll")[rows]
-    distance = (y - run.values("Y")[rows])*np.sin(roll) - (z - run.values("Z")[rows] - axle_height(case))*np.cos(roll)
+    said, distance = run.values(f"radius_{contact}")[rows], distance_from_axle(run, case, contact)[rows]
     error = np.nan_to_num(np.abs(said - distance), nan=np.inf)
     beyond = np.maximum(error - 1.5*(n/MODULUS)**(2/3), 0.0)
     ratio = float(np.median(said/distance))
@@ -178,3 +179,23 @@ def radius_finding(run: RunData, case: Case, contact: str, rows: np.ndarray, n: 
              "the radius of another wheel, or of a wheelset of another size")
     return judged(f"radius_{contact} is the distance from the axle", most(beyond, n), *RADIUS, int(rows[beyond.argmax()]) + 1,
                   f"[m]; expected {float(np.median(distance)):.4f} m, found {float(np.median(said)):.4f} m: {cause}")
+
+
+def distance_from_axle(run: RunData, case: Case, contact: str) -> np.ndarray:
+    """Distance of a contact point from the axle's axis, (rows,) [m]."""
+    y, z, roll = (run.values(name) for name in (f"y_{contact}", f"z_{contact}", "roll"))
+    return np.asarray((y - run.values("Y"))*np.sin(roll) - (z - run.values("Z") - axle_height(case))*np.cos(roll))
+
+
+def lift_finding(run: RunData, case: Case, contact: str, rows: np.ndarray) -> Iterator[Finding]:
+    """Whether a rolling radius has the vertical displacement of the axle in it, in these rows: a height is no radius."""
+    error, lift = (run.values(f"radius_{contact}") - distance_from_axle(run, case, contact))[rows], run.values("Z")[rows]
+    fine = np.isfinite(error) & np.isfinite(lift)
+    error, lift = error[fine] - np.mean(error[fine]), lift[fine] - np.mean(lift[fine])
+    if error.size < LEAST_ROWS or np.ptp(lift) < LIFT or not error.any():
+        return
+    slope, likeness = float(error @ lift/(lift @ lift)), float(error @ lift/np.sqrt((error @ error)*(lift @ lift)))
+    if abs(abs(slope) - 1) < ONE and abs(likeness) > LIKE:
+        worst = int(rows[fine][np.abs(error).argmax()]) + 1
+        yield Finding(f"radius_{contact} does not follow Z", DOUBTFUL, slope, 0.0, worst,
+                      f"it changes by {slope:.2f} times Z beside the distance from the axle: a height is no radius")

@@ -31,6 +31,8 @@ FACTS = {"code": "code", "version": "version", "authors": "authors", "formulatio
          "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]",
          "machine": "machine", "processor_time": "processor time [s]"}
 MAP = "map"
+#: Keys that `submit` reads and tables of codes do not show.
+SENT = "organisation", "email", "plots", "abstract"
 TASK_NAMES = {task.name for task in TASKS}
 
 
@@ -142,7 +144,7 @@ def read_small_toml(path: Path) -> dict[str, Any]:
 
 def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[str, str]]:
     """The facts of a description in words; remarks about what cannot be, and about keys that nobody knows, with the nearest one."""
-    known = [*FACTS, MAP]
+    known = [*FACTS, *SENT, MAP]
     unknown = [key for key in told if key not in known]
     for key in unknown[:MOST_REMARKS]:
         near = difflib.get_close_matches(key[:LONGEST_NAME].lower(), known, 1)

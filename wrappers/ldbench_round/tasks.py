@@ -1,12 +1,14 @@
 """What the benchmark call asks for: exercises, files, quantities."""
 from __future__ import annotations
 
+import functools
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ldbench import Error
+from ldbench import Case, Error
 from ldbench.constants import CONTACTS
+from ldbench.results.columns import read_toml
 from ldbench.results.quantities import PAIRS
 
 MOTION = "Y", "Z", "roll", "vY", "vZ", "roll_rate", "aY", "aZ", "roll_acc"
@@ -15,9 +17,11 @@ PER_CONTACT = "angle", "N", "Fz", "Fy", "y", "z", "radius"
 #: Columns of a submission: motion in the track frame, then the quantities of every contact.
 QUANTITIES = (*MOTION, *(f"{name}_{contact}" for name in PER_CONTACT for contact in CONTACTS))
 
-ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn"}      # of column files
+# Endings of column files.
+ENDINGS = {".txt", ".csv", ".dat", ".tsv", ".asc", ".out", ".prn", ".lis", ".lst", ".lvm", ".m", ".md", ".plt", ".res"}
 EXERCISE = re.compile(r"(?:ex(?:ercise)?|case|run|e)[ _.-]*([1-5])(?!\d)", re.IGNORECASE)
-CLEARANCES = {"aw": 10.18e-3, "sw": 16.94e-3}
+CLEARANCES = "profiles/clearances.toml"     # found as profiles are: the clearance of one side by the pair of profiles [mm]
+LARGEST_CLEARANCE = 100             # [mm]
 PROFILES = {"aw": r"(?<![a-z])(?:aw(?:prof)?|act(?:ual)?|a)(?![a-z])",
             "sw": r"(?<![a-z])(?:sw(?:prof)?|simp(?:lified)?|s)(?![a-z])"}
 
@@ -37,7 +41,7 @@ class Task:
     @property
     def clearance(self) -> float:
         """The clearance of one side that the call publishes [m]."""
-        return CLEARANCES[self.profiles]
+        return clearances()[self.profiles]
 
     @property
     def words(self) -> str:
@@ -46,6 +50,19 @@ class Task:
 
 
 TASKS = tuple(Task(exercise, profiles) for exercise in range(1, 6) for profiles in PAIRS)
+
+
+@functools.cache
+def clearances() -> dict[str, float]:
+    """The published clearances of the round by its pairs of profiles [m]. Error where the file beside the profiles lacks one."""
+    file = Path(Case.exercise(1, "aw").find(CLEARANCES))
+    told = read_toml(file)
+    for pair in PAIRS:
+        value = told.get(pair)
+        if not (isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < LARGEST_CLEARANCE):
+            raise Error(file=file, place=pair, found="none" if value is None else value,
+                        expected=f"the published clearance of one side, above 0 and below {LARGEST_CLEARANCE} mm")
+    return {pair: told[pair]/1e3 for pair in PAIRS}
 
 
 def task_of(file: Path) -> Task | None:

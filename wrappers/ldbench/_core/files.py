@@ -25,8 +25,8 @@ def digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def read_text(path: Path) -> str:
-    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in Latin-1."""
+def read_text(path: Path, encoding: str = "latin-1") -> str:
+    """A text file of anybody's, with line feeds as the ends of lines: in UTF-8, in UTF-16 with its mark, else in an encoding."""
     if path.is_dir():
         raise Error(file=path, expected="a file", found="a folder", advice="name a file in it")
     data = read_bytes(path)
@@ -36,7 +36,7 @@ def read_text(path: Path) -> str:
         try:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:
-            text = data.decode("latin-1")
+            text = data.decode(encoding, errors="replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -85,7 +85,7 @@ def failing_as(target: Path, scratch: Path | None = None) -> Iterator[None]:
 def make_folder(file: Path) -> None:
     """Make the default folder, if a file needs it and it does not exist."""
     if file.parent == Path(DEFAULT_FOLDER):
-        file.parent.mkdir(exist_ok=True)
+        make_results_folder(file.parent)
 
 
 def check_target(file: Path) -> None:
@@ -108,7 +108,11 @@ def make_results_folder(folder: Path) -> None:
     """Make the folder of several results where it is missing, with those above it."""
     if folder.exists() and not folder.is_dir():
         raise Error(file=folder, expected="a folder for the results", found="a file")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Error(f"cannot be made: {error.strerror}", file=folder,
+                    advice="go to a folder where you may write, or name another one") from None
 
 
 def check_written(written: Sequence[Path], read: Iterable[Path]) -> None:

@@ -21,6 +21,7 @@ module flat
   use kinds, only: version
   use largest_pressure, only: grids
   use motion_state, only: motion_type
+  use places, only: find_path => find_file, folder_of_tables => kept_folder, places_type
   use profile, only: profile_type, read_profile
   use results, only: result_list
   use run_results, only: results_text => describe_results, setup_text => describe_setup, summary
@@ -97,9 +98,9 @@ contains
 
   end subroutine describe_results
 
-  !> A namelist file, or (is_text = 1) the text of one that is called `file`, as a case.
-  subroutine read_namelist(file, is_text, source, n, numbers, words, message, length)
-    character(*), intent(in) :: file, source
+  !> A namelist file, or (is_text = 1) the text of one that is called `file`, as a case. places: where files are looked for.
+  subroutine read_namelist(file, is_text, source, places, n, numbers, words, message, length)
+    character(*), intent(in) :: file, source, places
     integer, intent(in) :: is_text
     integer, intent(in) :: n
     real(8), intent(out) :: numbers(n)
@@ -110,6 +111,7 @@ contains
     type(case_type) :: c
     type(error_type), allocatable :: error
 
+    call import_places(places, c%places)
     if (is_text == 1) then
       call split_lines(source, lines)
     else
@@ -120,6 +122,32 @@ contains
     call export_case(c, numbers, words)
     call give_error(error, message, length)
   end subroutine read_namelist
+
+  !> The path of a file that is called `name`.
+  subroutine find_file(name, places, path, path_length, message, length)
+    character(*), intent(in) :: name, places
+    character(16384), intent(out) :: path, message
+    integer, intent(out) :: path_length, length
+    type(places_type) :: here
+    type(error_type), allocatable :: error
+    character(:), allocatable :: found
+
+    call import_places(places, here)
+    call find_path(here, name, found, error)
+    call give(found, path, path_length)
+    call give_error(error, message, length)
+  end subroutine find_file
+
+  !> The folder that keeps contact tables where a case names this one.
+  subroutine kept_folder(named, folder, length)
+    character(*), intent(in) :: named
+    character(16384), intent(out) :: folder
+    integer, intent(out) :: length
+    character(:), allocatable :: found
+
+    call folder_of_tables(named, found)
+    call give(found, folder, length)
+  end subroutine kept_folder
 
   !> Check the values of a case; `file` is for messages.
   subroutine check_values(file, n, numbers, words, message, length)
@@ -331,6 +359,17 @@ contains
     call summary(p%c, p%setup, run%run_type, lines)
     call give(lines, listing, length)
   end subroutine run_summary
+
+  !> A warning where the contact tables of a run could not be kept.
+  subroutine run_unkept(handle, message, length)
+    integer(8), intent(in) :: handle
+    character(16384), intent(out) :: message
+    integer, intent(out) :: length
+    type(finished_type), pointer :: run
+
+    run => run_at(handle)
+    call give_error(run%warning, message, length)
+  end subroutine run_unkept
 
   !> Write the column file.
   subroutine write_run(prepared, handle, path, kept, kept_length, message, length)

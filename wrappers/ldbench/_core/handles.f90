@@ -8,6 +8,7 @@ module handles
   use curve, only: curve_frame, curve_type
   use errors, only: error_type, refuse
   use kinds, only: dp
+  use places, only: find_file, places_type
   use progress, only: monitor_type
   use column_files, only: begin_columns, column_file, finish_columns
   use row_sink, only: row_writer
@@ -22,7 +23,7 @@ module handles
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_located, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
-  public :: export_case, import_case, give, give_error, outline, wheel_contact
+  public :: export_case, import_case, import_places, give, give_error, outline, wheel_contact
 
   !> A case, ready to be integrated.
   type :: prepared_type
@@ -42,6 +43,7 @@ module handles
   !> A run with its rows.
   type, extends(run_type) :: finished_type
     type(row_list) :: kept
+    type(error_type), allocatable :: warning   !! contact tables could not be kept
   end type finished_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
@@ -232,9 +234,11 @@ contains
     subroutine same_file(path, what, sum)
       character(*), intent(in) :: path, what, sum
       type(line_type), allocatable :: lines(:)
+      character(:), allocatable :: there
 
       if (allocated(error)) return
-      call read_lines(trim(path), lines, error)
+      call find_file(c%places, trim(path), there, error)
+      if (.not. allocated(error)) call read_lines(there, lines, error)
       if (allocated(error)) return
       if (checksum(lines) /= sum) call refuse(error, 'the '//what//' of the contact table, CRC-32 '//sum, checksum(lines), &
         trim(path))
@@ -249,12 +253,11 @@ contains
     integer, target, intent(inout) :: stop_asked(:)
     type(error_type), allocatable, intent(out) :: error
     type(shared_monitor) :: watcher
-    type(error_type), allocatable :: ignored
 
     watcher%progress => progress
     watcher%stop_asked => stop_asked
     call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
-    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, ignored)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, run%warning)
   end subroutine simulate_watched
 
   !> Write the column file of a run.
@@ -276,7 +279,8 @@ contains
     if (allocated(columns%kept)) kept = columns%kept
   end subroutine write_finished
 
-  !> The values of a case in the order of the list of variables: numbers, and texts one after the other.
+  !> The values of a case in the order of the list of variables: numbers, and texts one after the other. The places where its files
+  !> are looked for follow the texts of a case from Python.
   subroutine export_case(c, numbers, words)
     type(case_type), intent(in) :: c
     real(dp), intent(out) :: numbers(:)
@@ -309,7 +313,19 @@ contains
       if (associated(list(k)%i)) list(k)%i = nint(numbers(k))
       if (associated(list(k)%text)) list(k)%text = words(text_length*(k - 1) + 1:text_length*k)
     end do
+    call import_places(words(text_length*size(list) + 1:), c%places)
   end subroutine import_case
+
+  !> The folder of the namelist and that of the shipped files, with the character FS (28) between them.
+  pure subroutine import_places(words, places)
+    character(*), intent(in) :: words
+    type(places_type), intent(out) :: places
+    integer :: mark
+
+    mark = index(words, achar(28))
+    places%folder = words(:mark - 1)
+    places%share = words(mark + 1:)
+  end subroutine import_places
 
   !> A text for Python: in a buffer, with its length.
   subroutine give(text, buffer, length)

@@ -78,9 +78,9 @@ def find(case: Case, support: Support = "infinite", rim_thickness: float = RIM_T
 
 
 def kept(case: Case, support: Support, folder: Path) -> Path:
-    """The file of a case's bodies with generic sections, in its table folder, or in another one if the case keeps nothing. It is
-    made once."""
-    home = Path(case.table_folder or folder)
+    """The file of a case's bodies with generic sections, beside its contact tables, or in another folder if the case keeps nothing.
+    It is made once."""
+    home = Path(case.kept_folder or folder)
     contents = [read_bytes(Path(core_file(path, name.partition("_")[0]))) for name, path in case.profile_files().items()]
     words = f"{program_digest()} {support} {case.poisson} {[digest(data) for data in contents]}"
     file = home/f"{support}_{digest(words.encode())[:16]}.bodies"

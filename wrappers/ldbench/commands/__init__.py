@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 #: The commands in the order of the help, and what they do.
 COMMANDS = {
@@ -18,6 +20,7 @@ COMMANDS = {
     "plot": "plot column files",
     "compare": "overlay column files, differences as PDF and CSV",
     "check": "check submissions to the benchmark: complete and physically consistent",
+    "submit": "put together what a participant sends, a folder or a zip, checked",
     "score": "score column files against a reference, in numbers that survive impacts",
     "fingerprint": "tell from column files how their codes treat contact and time",
     "collate": "collate the submissions of a round: table, document and page of all codes",
@@ -43,11 +46,18 @@ NEXT = {
     "score": "`python -m ldbench fingerprint FILE` tells how a code treats contact",
     "collate": "open {output}/collation.html",
     "study": "`python -m ldbench formulations` compares elastic contact with constraint equations",
-    "report": "open {output}/ldbench_results.html; `python -m ldbench check {output}` checks the submission",
+    "report": "open {output}/ldbench_results.html; `python -m ldbench submit {output}` checks and packs the submission",
 }
 
 #: The commands of a round of the benchmark, which a package beside this one has.
-ROUND = "check", "score", "fingerprint", "collate"
+ROUND = "check", "submit", "score", "fingerprint", "collate"
+
+
+def guessed_map(file: Path, simulation: str) -> dict[str, Any] | None:
+    """The map of another code's columns that `check` guesses for a simulation of the benchmark, the file's own where '' is given;
+    None where nothing tells the simulation."""
+    found: dict[str, Any] | None = import_module("ldbench_round.check").guessed_map(file, simulation)
+    return found
 
 
 def module_of(name: str) -> ModuleType:

@@ -2,10 +2,13 @@
 
 Variables go by their names in the namelist. A list, 1,2,4, or a grid, 1:4:7 (seven values), makes a run for
 every combination; with -n that many runs are drawn, each variable from its range 1:4.
-Needs xarray, zarr for -o and dask[distributed] for --scheduler: pip install ldbench[ensemble].
+The summary has the endings, and the range of each peak and first peak. A document .pdf, or a picture .svg or .png, has a page for
+each variable with the results over it: -o draws it if the name ends so, --picture beside the Zarr directory that -o names.
+Needs xarray, zarr for a Zarr directory and dask[distributed] for --scheduler: pip install ldbench[ensemble].
 
 examples:
   python -m ldbench ensemble inputs/ex3_aw.nml --set roll_link=rails --over mass=1200:2000:9 --over vY=0.5,1,2 -o sweep.zarr
+  python -m ldbench ensemble inputs/ex3_aw.nml --set roll_link=rails --over vY=0.5:1:6 -o sweep.pdf
   python -m ldbench ensemble inputs/ex3_aw.nml --over mass=1200:2000 --over gauge=1.43:1.44 -n 50 --seed 1
   python -m ldbench ensemble inputs/ex3_aw.nml --over mass=1200:2000:99 --scheduler tcp://node1:8786
 """
@@ -13,20 +16,26 @@ from __future__ import annotations
 
 import argparse
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._core.errors import Error, Usage
+from .._core.files import check_written
 from .._core.wording import counted
 from ..case import Case, Value, find_variables
 from ..constants import CONTACTS
 from ..ensembles.sweep import ensemble
+from ..plots.ensemble_pages import ensemble_figures
+from ..plots.sheets import ENDINGS, check_sheets, save_sheets
+from ..plots.style import ldbench_style
 from ..results.quantities import OUTCOME
 from .options import add_jobs, add_output, add_set, naming, parse_setting, settings
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 def parse_values(setting: str, drawn: bool = False) -> tuple[str, list[Value]]:
     """mass=1,2,4 or mass=1:4:7 as a name and values; where values are drawn, mass=1:4 as a name and the ends of a range."""
@@ -56,7 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--draw", choices=("random", "even"), default="random", help="how values are drawn (%(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the draws (%(default)s)")
     add_set(parser)
-    add_output(parser, "Zarr directory for the results; what is done is not run again", "DIR")
+    add_output(parser, "Zarr directory for the results; what is done is not run again; or the document .pdf or the picture .svg "
+                       "or .png of the results", "DIR|FILE")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the results, .pdf, .svg or .png")
     parser.add_argument("--columns", metavar="NAME,NAME", default="", help="keep these columns of every run")
     parser.add_argument("--rows", type=int, help="keep at most so many rows of them (all)")
     add_jobs(parser)
@@ -69,16 +80,34 @@ def main(args: argparse.Namespace) -> int:
     with naming():
         find_variables(name for name, _ in over)
     columns = [name for name in args.columns.split(",") if name]
+    store, picture = args.output, args.picture
+    if store and store.suffix.lower() in ENDINGS:
+        if picture:
+            raise Usage(place="--picture", expected="a Zarr directory -o DIR beside it", found=f"-o {store}")
+        store, picture = None, store
+    if picture:
+        check_sheets(picture)
+        check_written([picture], [Path(args.namelist)])
     dataset = ensemble(case, dict(over), args.n, seed=args.seed, draw=args.draw, columns=columns, rows=args.rows, threads=args.jobs,
-                       scheduler=args.scheduler, store=args.output, progress=True)
+                       scheduler=args.scheduler, store=store, progress=True)
     print(outcome(dataset))
-    if args.output:
-        print(f"{args.output}: xarray.open_zarr reads it")
+    if store:
+        print(f"{store}: xarray.open_zarr reads it")
     failed = (dataset.error != "").values
     if failed.all():
         raise Error(place="ensemble", expected="a run that succeeds",
                     found=f"{dataset.error.size} that failed, the first one with: {dataset.error.values.flat[0]}")
+    if picture:
+        save_figures(dataset, picture)
     return int(failed.any())
+
+
+def save_figures(dataset: xr.Dataset, target: Path) -> None:
+    """Draw the results over each variable."""
+    with ldbench_style():
+        figures = ensemble_figures(dataset)
+        save_sheets(figures, target)
+    print(f"{target}: {counted(len(figures), 'page')}")
 
 
 def outcome(dataset: xr.Dataset) -> str:

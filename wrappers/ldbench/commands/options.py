@@ -5,6 +5,7 @@ import argparse
 import json
 import logging
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
@@ -19,10 +20,12 @@ from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
 from ..case import Value, find_variable, shortest_name, variables
 from ..results.header import read_comments
-from ..results.run_data import read_data
-from . import NEXT
+from ..results.quantities import GROUPS, quantity
+from ..results.run_data import RunData, read_data
+from . import NEXT, guessed_map
 
 LOG = logging.getLogger("ldbench")
+OTHERS = GROUPS[-1]         # columns that are none of ours
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, metavar: str = "FILE", default: str = "") -> None:
@@ -54,13 +57,32 @@ def add_map(parser: argparse.ArgumentParser) -> None:
                         help="names and units of the columns, for files without ldbench's header")
 
 
-def check_names(files: Iterable[Path], map: Path | None) -> None:
-    """Error, which says how columns get our names, where a file of another code has none that is our time."""
-    for file in files if map is None else ():
-        if not read_comments(file).settings and "time" not in (names := read_data(file).data):
-            raise Error(file=file, expected="a column time, or --map TOML that names our columns",
-                        found=f"{', '.join(names)}. `ldbench check FILE --simulation NAME --save-map TOML` guesses the map of a "
-                              "simulation of the benchmark")
+def read_files(files: Iterable[Path], map: Path | None, simulation: str | None) -> list[RunData]:
+    """The runs of column files. A file of another code without names of ours, and without a map, gets the map that `check` guesses
+    for its simulation: the one that is given, or that its name says, or that of our own file beside it."""
+    files = list(files)
+    ours = (read_comments(file).header.name for file in files)
+    beside = next((name for name in ours if re.fullmatch("ex[1-5]_(aw|sw)", name)), None)
+    return [read_data(file, map if map is not None else map_without_names(file, simulation, beside)) for file in files]
+
+
+def map_without_names(file: Path, simulation: str | None, beside: str | None) -> Mapping[str, Any] | None:
+    """The guessed map of a file; None where the file has names of ours. Error, which says how columns get our names, where nothing
+    tells the simulation."""
+    if read_comments(file).settings:
+        return None
+    names = [str(name) for name in read_data(file).data]
+    if "time" in names and any(name != "time" and quantity(name).group != OTHERS for name in names):
+        return None
+    found = guessed_map(file, simulation or "") or (beside and guessed_map(file, beside)) or None
+    if found and len(found) > 1:
+        LOG.warning("%s: the map of its columns is guessed: %s. `check --save-map TOML` writes it, --map TOML gives another",
+                    file, ", ".join(found))
+        return found
+    if "time" in names:
+        return None
+    raise Error(file=file, expected="a column time, --map TOML that names our columns, or --simulation NAME, such as ex2_aw, by "
+                "which the map is guessed", found=", ".join(names))
 
 
 def add_simulation(parser: argparse.ArgumentParser) -> None:

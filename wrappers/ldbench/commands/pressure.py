@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from .._core.errors import Error
-from .._core.files import check_ending, check_written
+from .._core.files import check_written
 from ..constants import CONTACT_NAMES, DEG, KN, MM
 from ..geometry.pressures import run_patches
 from ..plots.pressure_page import save_page
+from ..plots.sheets import check_sheets
 from ..results.run_data import RunData, read_data
 from .options import add_json, add_output, print_json
 
@@ -28,12 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--at", type=float, metavar="S", required=True, help="the moment [s]; the nearest row counts")
     parser.add_argument("--contact", choices=tuple(CONTACT_NAMES),
                         help="one contact: left or right, tread or flange (default: all that are closed)")
-    add_output(parser, "the picture, .pdf or .png", default="ldbench_pressure.pdf")
+    add_output(parser, "the picture, .pdf, .svg or .png", default="ldbench_pressure.pdf")
     add_json(parser)
 
 
 def main(args: argparse.Namespace) -> int:
-    check_ending(args.output, "a picture .pdf or .png", ".pdf", ".png")
+    check_sheets(args.output)
     check_written([args.output], [args.file])
     run = read_data(args.file)
     k = row_at(run, args.at)

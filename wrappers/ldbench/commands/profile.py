@@ -4,7 +4,7 @@ The page shows the parts of the profile, Sh, Sd and qR, tangent angle and curvat
 measures of EN 15313, and what was mended. A pair has a second page: each wheel on its rail with contact lines, and over
 the lateral displacement the rolling radius difference, the contact angles and their tangents, the contact positions,
 roll and conicity, for the level wheelset (EN 15302) and for the one that rolls until it stands on both rails. A picture
-.png has the second page below the first.
+.svg or .png has the second page below the first.
 
 examples:
   python -m ldbench profile profiles/awprof.yz
@@ -25,6 +25,7 @@ from ..case import Case
 from ..geometry.en15302 import TABLES
 from ..geometry.pair import Pair, inclination_words, pair
 from ..plots.profile_page import save_page
+from ..plots.sheets import ENDINGS
 from ..profile import Profile
 from .options import add_json, add_output, add_set, parse_setting, print_json, settings
 
@@ -47,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="radii of the wheels on the tape circle [m], in place of rolling_radius where they touch")
     parser.add_argument("--en15302", choices=TABLES, metavar="CASE",
                         help=f"draw the reference of EN 15302:2021 and its window behind the conicity: {', '.join(TABLES)}")
-    add_output(parser, "the page, .pdf or .png; or, of one profile, the curve .yz that the executable reads",
+    add_output(parser, "the page, .pdf, .svg or .png; or, of one profile, the curve .yz that the executable reads",
                default="ldbench_profile.pdf")
     add_json(parser)
 
@@ -64,7 +65,7 @@ def two_radii(words: str) -> tuple[float, float]:
 def main(args: argparse.Namespace) -> int:
     if len(args.files) > 2:
         raise Usage(expected="a wheel or a rail, or one of each", found=f"{len(args.files)} files")
-    check_ending(args.output, "a page .pdf or .png, or a curve .yz", ".pdf", ".png", ".yz")
+    check_ending(args.output, "a page .pdf, .svg or .png, or a curve .yz", *ENDINGS, ".yz")
     check_written([args.output], map(Path, args.files))
     case = Case(settings(args.set))
     if args.rail_inclination is not None:

@@ -62,6 +62,8 @@ def written(case: Case, progress: Progress | bool) -> Run:
     """Run a case and write its files."""
     result = compute(case, progress)
     LOG.info("written: %s", result.write(output_path(case)))
+    if words := result.unkept:
+        LOG.warning("%s", words)
     return result
 
 

@@ -56,5 +56,5 @@ def facts(run: ComputedRun) -> dict[str, object]:
         "formulation": table.case.formulation, "clearance_left": table.clearance, "clearance_right": table.clearance_right,
         "axle_height": table.equilibrium, "axle_roll": table.equilibrium_roll, "sinking": table.sinking,
         "load_per_wheel": table.load_per_wheel, "frequencies": table.frequencies,
-        "solutions": {"solved": solved - found, "found": found, "not_converged": failed}, "folder": table.case.table_folder,
+        "solutions": {"solved": solved - found, "found": found, "not_converged": failed}, "folder": table.case.kept_folder,
         "error": {place: {"rms": rms, "largest": largest} for place, (rms, largest) in run.header.table_errors.items()}}

@@ -16,9 +16,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .._core.files import check_ending, check_written
+from .._core.files import check_written
 from ..case import Case
-from ..plots.document import save_sheets
+from ..plots.sheets import check_sheets, save_sheets
 from ..trust import trust
 from .options import add_jobs, add_set, settings
 
@@ -29,14 +29,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--laws", action="store_true", help="vary the contact law, too")
     parser.add_argument("--all", action="store_true", help="all answers, not the short list alone")
     parser.add_argument("--json", metavar="FILE", help="write all answers as JSON, SI units; - prints them instead of text")
-    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the causes as bars, .png or .pdf")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the causes as bars, .pdf, .svg or .png")
     add_jobs(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     target = Path(args.json) if args.json not in (None, "-") else None
     if args.picture:
-        check_ending(args.picture, "a picture .png or .pdf", ".png", ".pdf")
+        check_sheets(args.picture)
     written = [file for file in (target, args.picture) if file]
     check_written(written, [Path(args.namelist)])
     found = trust(Case.from_namelist(args.namelist).replace(settings(args.set)), laws=args.laws, jobs=args.jobs, progress=True)

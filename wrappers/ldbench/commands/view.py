@@ -3,8 +3,8 @@
 The page is one HTML file with everything in it: wheels on rails with contact points and forces, contact patches at
 the peaks, charts of any columns over time or over each other, the values at the cursor, and the namelist of each
 run. The button `keys` lists what keyboard and mouse do; the address of the page holds the view. Charts are saved as SVG,
-PNG or CSV. Further files are drawn over the first one; --map says how another code's file names our columns, as
-for `compare`.
+PNG or CSV. Further files are drawn over the first one. The columns of another code's
+file are named by --map, or guessed, as for `compare`.
 Films and pictures show the whole wheelset and a close-up of each contact, of at most eight runs, with scales of force
 and length.
 
@@ -12,7 +12,7 @@ examples:
   python -m ldbench view outputs/ex2_aw.txt
   python -m ldbench view outputs/ex2_aw.txt other_code.csv --map other_code.toml -o ex2.html
   python -m ldbench view outputs/ex2_aw.txt -o ex2.mp4 --from 0.015 --to 0.03 --speed 1e-3
-  python -m ldbench view outputs/ex2_aw.txt -o wheelset.png --from 0.0219
+  python -m ldbench view outputs/ex2_aw.txt -o wheelset.svg --from 0.0219
 """
 from __future__ import annotations
 
@@ -26,10 +26,9 @@ from pathlib import Path
 from .._core.errors import Usage
 from .._core.files import DEFAULT_FOLDER, check_ending, check_written
 from ..case import Case
-from ..results.run_data import read_data
-from ..viewer.film import FILMS, PICTURE, check_film, make_film
+from ..viewer.film import FILMS, PICTURES, check_film, make_film
 from ..viewer.page import distinct, make_page
-from .options import add_map, add_output, check_names
+from .options import add_map, add_output, add_simulation, read_files
 
 PAGES = ".html", ".htm"
 
@@ -47,9 +46,10 @@ def speed(word: str) -> float:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="column files; the first is the reference")
-    add_output(parser, "the page .html, the film .mp4 or .gif, or the picture of one moment .png "
+    add_output(parser, "the page .html, the film .mp4 or .gif, or the picture of one moment .png, .svg or .pdf "
                        "(outputs/NAME.html, by the first file's name)")
     add_map(parser)
+    add_simulation(parser)
     parser.add_argument("--case", metavar="NAMELIST",
                         help="case whose profiles are drawn for files that name none (default: the first file that names "
                              "some, else the benchmark)")
@@ -65,19 +65,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     target = args.output or Path(DEFAULT_FOLDER, f"{args.files[0].stem}.html")
-    check_ending(target, "a page .html, a film .mp4 or .gif, or a picture .png", *PAGES, *FILMS, PICTURE)
+    check_ending(target, "a page .html, a film .mp4 or .gif, or a picture .png, .svg or .pdf", *PAGES, *FILMS,
+                 *PICTURES)
     kind = target.suffix.lower()
     for name, value in ("--from", args.start), ("--to", args.end), ("--speed", args.speed):
         if value is not None and kind in PAGES:
             raise Usage(place=name, expected="with a film -o FILE.mp4", found="with a page")
-        if value is not None and kind == PICTURE and name != "--from":
+        if value is not None and kind in PICTURES and name != "--from":
             raise Usage(place=name, expected="with a film -o FILE.mp4", found="with the picture of a moment")
     case = Case.from_namelist(args.case) if args.case else None
     check_written([target], args.files)
-    check_names(args.files, args.map)
     if kind not in PAGES:
         check_film(target)
-    runs = distinct([read_data(file, args.map) for file in args.files])
+    runs = distinct(read_files(args.files, args.map, args.simulation))
     if kind in PAGES:
         make_page(runs, args.title, case).write(target)
     else:

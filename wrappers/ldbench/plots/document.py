@@ -1,26 +1,21 @@
 """The document: pages of every run, drawn side by side and bound under bookmarks."""
 from __future__ import annotations
 
-import base64
-import io
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
-from PIL import Image
 from pypdf import PdfReader, PdfWriter
 from pypdf.annotations import Link
 from pypdf.generic import Fit
 
 from .._core.errors import Error
-from .._core.files import check_ending, check_written, complete, failing_as
+from .._core.files import check_written, complete
 from .._core.pools import call_known, processes
 from ..results.run_data import RunData, read_data
 from ..results.summary import summary_row
@@ -31,42 +26,15 @@ from .frame import FOOT, LEFT, RIGHT, new_page
 from .geometry import FUNCTIONS, Shape, geometry_page
 from .impact import HARDEST, Recomputed, hardest_page, impact_page
 from .series import IMPULSES, LAST, PAGES, time_page
+from .sheets import PDF, Chapter, Figures, Part, check_sheets, save_pages, save_parts, save_sheets
 from .stretches import is_long, last_second
 from .style import PAGE, ldbench_style, plain
 from .tables import summary_page
 
-
-@dataclass(frozen=True)
-class Part:
-    """Pages under one bookmark."""
-    title: str
-    file: Path
-    pages: tuple[str, ...]        # their titles
-    first: int = 0                # their place in the file
-
-
 LISTED = 8      # pages from which on a document has a contents page
-DPI = 110       # of a picture
 COLUMNS = 3     # of the contents page
 TOP, BOTTOM, LINE = 0.88, 0.09, 0.0195      # of its lines, over the height of the page
 Rectangle = tuple[float, float, float, float]       # left, bottom, right, top [pt]
-
-
-class Figures(tuple[Figure, ...]):
-    """Figures of matplotlib, which a notebook shows one below the other."""
-
-    def _repr_html_(self) -> str:
-        return "".join(f'<img alt="" src="data:image/png;base64,{base64.b64encode(png(figure)).decode()}">' for figure in self)
-
-
-def png(figure: Figure) -> bytes:
-    """A figure as a PNG file."""
-    file = io.BytesIO()
-    with ldbench_style():
-        figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
-    return file.getvalue()
-
-
 Fine = tuple[Recomputed, Recomputed]        # around the first and the hardest contact of the left flange
 
 
@@ -97,56 +65,31 @@ def possible_figures(run: RunData, fine: Fine | None) -> Iterator[tuple[str, Fig
         yield HARDEST, hardest_page(run, fine[1])
 
 
-def save_pages(path: Path, figures: Iterable[tuple[str, Figure]]) -> tuple[str, ...]:
-    """Write figures as the pages of a PDF; returns their titles."""
-    return save_parts(path, [("", figures)])[0].pages
-
-
-Chapter = tuple[str, Iterable[tuple[str, Figure]]]        # title, and pages with their titles
-
-
-def save_parts(target: Path, chapters: Iterable[Chapter]) -> list[Part]:
-    """Write chapters into one file, in which they share the fonts: to cut a font takes as long as a page."""
-    parts = []
-    with failing_as(target, target), ldbench_style(), PdfPages(target, metadata={"CreationDate": None}) as pdf:
-        for title, pages in chapters:
-            first, names = pdf.get_pagecount(), []
-            for name, figure in pages:
-                if figure.axes and (layout := figure.get_layout_engine()):
-                    layout.execute(figure)
-                figure.set_layout_engine("none")        # it is done
-                FigureCanvasPdf(figure).print_pdf(pdf)  # PdfPages.savefig would draw the page twice
-                names.append(name)
-            parts.append(Part(title, target, tuple(names), first))
-    return parts
-
-
-def save_sheets(figures: Sequence[Figure], target: Path) -> None:
-    """Write pages, a .pdf, or a .png with one below the other."""
-    with complete(target) as scratch:
-        if target.suffix.lower() == ".pdf":
-            save_pages(scratch, (("", figure) for figure in figures))
-            return
-        images = [Image.open(io.BytesIO(png(figure))).convert("RGB") for figure in figures]
-        whole = Image.new("RGB", (images[0].width, sum(image.height for image in images)))
-        for k, image in enumerate(images):
-            whole.paste(image, (0, k*image.height))
-        whole.save(scratch, format="PNG")
-
-
-def make_plots(files: Sequence[Path], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
-               done: Callable[[], None] = lambda: None, map: Any = None) -> int:
-    """Write the PDF of column files; the number of its pages. `done` is called after each file; map: another code's names."""
+def check_plots(target: Path, files: Sequence[Path], geometry: Sequence[Path] = ()) -> None:
+    """Check before the work that plots of these files can be written."""
     check_written([target], [*files, *geometry])
-    check_ending(target, "a document .pdf, which holds all pages (`view -o FILE.png` makes a picture of one moment)", ".pdf")
-    runs = [read_data(file, map) for file in files]
+    check_sheets(target)
+
+
+def make_plots(runs: Sequence[RunData], target: Path, geometry: Sequence[Path] = (), jobs: int | None = None,
+               done: Callable[[], None] = lambda: None) -> int:
+    """Write the pages of runs as the ending of `target` says; the number of pages. `done` is called after each run."""
+    check_plots(target, [run.file for run in runs], geometry)
     shapes = [(run := read_data(file), run.data) for file in geometry]
     for run, functions in shapes:
         if lacking := [name for name in FUNCTIONS if name not in functions]:
             raise Error(file=run.file, expected="geometry functions as `ldbench table NAMELIST -o FILE` writes them",
                         found=f"a file without {lacking[0]}")
-    with drawing(runs, target, shapes, jobs, done) as finish:
-        return finish()
+    if target.suffix.lower() == PDF:
+        with drawing(runs, target, shapes, jobs, done) as finish:
+            return finish()
+    with ldbench_style():
+        figures = [page for _, pages in front_chapters(runs, shapes) for _, page in pages]
+        for run in runs:
+            figures += [page for _, page in case_figures(run)]
+            done()
+        save_sheets(figures, target)
+    return len(figures)
 
 
 def drawn(run: RunData) -> Figures:
@@ -156,9 +99,13 @@ def drawn(run: RunData) -> Figures:
 
 
 def plot_runs(runs: Sequence[RunData], target: Path) -> int:
-    """Write the PDF of plots of runs in memory or from files; returns the number of pages."""
+    """Write the plots of runs in memory or from files, as the ending of `target` says; returns the number of pages."""
     check_written([target], [])
-    check_ending(target, "a document .pdf", ".pdf")
+    check_sheets(target)
+    if target.suffix.lower() != PDF:
+        figures = [figure for run in runs for figure in drawn(run)]
+        save_sheets(figures, target)
+        return len(figures)
     return save_document([(run.heading, case_figures(run)) for run in runs], target,
                          f"ldbench: {', '.join(run.name for run in runs)}")
 
@@ -186,14 +133,19 @@ def drawing(runs: Sequence[RunData], target: Path, geometry: Iterable[Shape] = (
         for task in tasks[:len(runs)]:
             task.add_done_callback(lambda _: done())
         with ldbench_style():
-            front: list[Chapter] = [("Summary", [("summary", summary_page([summary_row(run) for run in runs], chaotic))])]
-            for run, functions in geometry:
-                shape = geometry_page(run, functions)
-                front.append((shape.texts[0].get_text(), [("geometry", shape)]))
-            if beside := list(overview_figures(runs)):
-                front.append(("Side by side", beside))
-            parts = save_parts(Path(scratch)/"front.pdf", front)
+            parts = save_parts(Path(scratch)/"front.pdf", front_chapters(runs, geometry, chaotic))
         yield lambda: bind([*parts, *(part for task in tasks for part in task.result())], target)
+
+
+def front_chapters(runs: Sequence[RunData], geometry: Iterable[Shape], chaotic: Chaotic | None = None) -> list[Chapter]:
+    """The first pages of a document: summary, geometry functions, runs side by side."""
+    front: list[Chapter] = [("Summary", [("summary", summary_page([summary_row(run) for run in runs], chaotic))])]
+    for run, functions in geometry:
+        shape = geometry_page(run, functions)
+        front.append((shape.texts[0].get_text(), [("geometry", shape)]))
+    if beside := list(overview_figures(runs)):
+        front.append(("Side by side", beside))
+    return front
 
 
 def bind(parts: Sequence[Part], target: Path, title: str = "ldbench: plots of all results") -> int:

@@ -15,9 +15,9 @@ from ..geometry.outlines import Outlines, pose, run_outlines, turned
 from ..geometry.pressures import hardest
 from ..pressure import Patch
 from ..results.run_data import RunData
-from .document import save_sheets
 from .frame import caption, legend_above, new_page
 from .impact import RAIL_GREY
+from .sheets import save_sheets
 from .style import BLACK, BLUE, DASHED, GREEN, RED, ldbench_style
 
 MPA = 1e-6
@@ -119,6 +119,6 @@ def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tup
 
 
 def save_page(run: RunData, k: int, patches: Sequence[Patch], target: Path) -> None:
-    """Write the picture, a .pdf or a .png."""
+    """Write the picture, as the ending of the name says."""
     with ldbench_style():
         save_sheets([pressure_page(run, k, patches)], target)

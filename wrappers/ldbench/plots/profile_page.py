@@ -13,9 +13,9 @@ from ..constants import DEG, MM, TAPE_CIRCLE
 from ..geometry.pair import Pair
 from ..profiles.measures import PROFILE_PARTS
 from ..profiles.profile import ProfileData
-from .document import save_sheets
 from .frame import legend_above, new_page
 from .geometry import pair_page
+from .sheets import save_sheets
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
 
 Point = tuple[float, float]         # [mm]
@@ -150,7 +150,7 @@ def draw_rail_dimensions(ax: Axes, profile: ProfileData) -> None:
 
 
 def save_page(profiles: Sequence[ProfileData], found: Pair | None, note: str, target: Path, reference: str | None = None) -> None:
-    """Write the pages of profiles and pair, .pdf or .png. reference: the combination of EN 15302 behind the conicity."""
+    """Write the pages of profiles and pair, .pdf, .svg or .png. reference: the combination of EN 15302 behind the conicity."""
     with ldbench_style():
         figures = [profile_page(profiles, found, note)]
         if found:

@@ -16,6 +16,7 @@ from .._core import flat
 from .._core.calls import path_bytes
 from .._core.errors import OWN_NAMES, Error
 from .._core.files import DEFAULT_FOLDER, complete
+from ..case import find_file
 from ..constants import DEG, MM
 from ..number_text import slope_words
 from .formats import HIDDEN, REMARK, SCALE, of_array, read_file
@@ -71,18 +72,18 @@ class ProfileData:
                  slice: int | None = None, gauge_depth: float = 0.014, scale: float | None = None) -> None:
         """Read a profile; Error, with file and line, where it cannot be one.
 
-        source: a file, or points (n, 2) [mm]. kind: 'wheel' or 'rail'; '' as the file or the shape says. unit: 'mm', 'cm', 'm' or
-        'in'. flip: axes to turn over, 'none', 'y', 'z' or 'yz'. wheel_back: y of the wheel's back in the file [mm]. smoothing:
-        rms distance that the curve may keep from the points [mm], 0 for none, None for their noise. slice: which profile of
-        a file that has several, from 1. gauge_depth: down to which the gauge of a rail is measured, for `measures` [m]. scale: 5 of
-        a model 1:5, None for what the size says.
+        source: a file, which is in the working folder or a shipped one, or points (n, 2) [mm]. kind: 'wheel' or 'rail'; '' as the
+        file or the shape says. unit: 'mm', 'cm', 'm' or 'in'. flip: axes to turn over, 'none', 'y', 'z' or 'yz'. wheel_back: y of
+        the wheel's back in the file [mm]. smoothing: rms distance that the curve may keep from the points [mm], 0 for none, None
+        for their noise. slice: which profile of a file that has several, from 1. gauge_depth: down to which the gauge of a rail
+        is measured, for `measures` [m]. scale: 5 of a model 1:5, None for what the size says.
         """
         if kind not in ("", *KINDS):
             raise ValueError(f"expected kind='wheel', 'rail' or '', found {kind!r}")
         self._options = (unit, flip, wheel_back, smoothing, slice, scale)
         self._gauge_depth = gauge_depth
         if isinstance(source, (str, os.PathLike)):
-            self.path = where = os.fspath(source)
+            self.path = where = find_file(source)
             raw = read_file(self.path, slice)
         else:
             self.path, where, raw = "", "the points", of_array(source)

@@ -15,8 +15,8 @@ from .._core.files import complete
 from .._core.optional import needed
 from ..constants import CONTACT_NAMES
 from ..number_text import clearance_words, percent_text, scientific
-from ..plots.document import save_pages
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
+from ..plots.sheets import save_pages
 from ..plots.style import ldbench_style
 from ..results.columns import read_toml
 from ..results.quantities import OUTCOME

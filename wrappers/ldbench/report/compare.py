@@ -10,13 +10,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from .._core.files import check_ending, check_written, write_frame
+from .._core.files import check_written, write_frame
 from ..constants import DEG, KN
 from ..number_text import number_text
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
+from ..plots.sheets import PDF, check_sheets, save_sheets
 from ..plots.stretches import rows_between, thin
-from ..plots.style import SERIES, plain
+from ..plots.style import SERIES, ldbench_style, plain
 from ..plots.tables import LINES, draw_listing, paged
 from ..results.quantities import GROUPS
 from ..results.run_data import RunData
@@ -33,13 +34,17 @@ MARGIN = 0.35           # time before and after an impact, of the longest one
 
 
 def make_comparison(runs: Sequence[RunData], target: Path, align: str = "time") -> list[Path]:
-    """Write the PDF of a comparison, and differences, events, peaks and impacts as CSV, SI units."""
+    """Write the pages of a comparison, as the ending of `target` says; differences, events, peaks and impacts as CSV, SI units."""
     tables, read = target.with_suffix(".csv"), [run.file for run in runs]
     check_written([target], read)
     check_written([target, tables], read)
-    check_ending(target, "a document .pdf, beside which the tables go as .csv", ".pdf")
+    check_sheets(target)
     found = compare(runs, align)
-    save_document([("Comparison", comparison_figures(found))], target, "ldbench: comparison")
+    if target.suffix.lower() == PDF:
+        save_document([("Comparison", comparison_figures(found))], target, "ldbench: comparison")
+    else:
+        with ldbench_style():
+            save_sheets([figure for _, figure in comparison_figures(found)], target)
     write_frame(pd.concat([difference_table(found), event_table(found.runs), impact_table(found.runs)]), tables)
     return [target, tables]
 

@@ -15,8 +15,9 @@ from .._core.kept import inside
 from ..case import Case
 from ..constants import KN, MM
 from ..number_text import number_text
-from ..plots.document import Chapter, save_document
+from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
+from ..plots.sheets import Chapter
 from ..plots.style import SERIES, powers_of_ten
 from ..plots.tables import draw_table
 from ..results.answers import answers

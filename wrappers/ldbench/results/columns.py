@@ -1,12 +1,11 @@
 """Column files: ours, and other codes' labelled columns."""
 from __future__ import annotations
 
-import csv
 import os
 import re
 import sys
+import unicodedata
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -17,24 +16,40 @@ import numpy as np
 from .._core.errors import Error
 from .._core.files import read_bytes, read_text
 from ..constants import GRAVITY
+from .cells import (
+    COMMENT_MARKS,
+    SEPARATORS,
+    Word,
+    cells_of,
+    is_comment,
+    is_number,
+    numbers_columns,
+    plain_lines,
+    read_rows,
+    row_separator,
+)
 
 if TYPE_CHECKING:       # pandas is imported where a frame is made: it takes longer than a short run
     import pandas as pd
 
+FOOT, POUND, KILOPOND = 0.3048, 4.4482216152605, 9.80665      # [m], [N], [N]
 # Unit: its SI unit, and how many of these it is.
 UNITS: dict[str, tuple[str, float]] = {
     "1": ("1", 1.0), "-": ("1", 1.0),
-    "s": ("s", 1.0), "sec": ("s", 1.0), "ms": ("s", 1e-3),
-    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "in": ("m", 0.0254),
-    "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "deg": ("rad", np.pi / 180),
+    "s": ("s", 1.0), "sec": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6),
+    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "in": ("m", 0.0254), "ft": ("m", FOOT),
+    "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "urad": ("rad", 1e-6), "deg": ("rad", np.pi / 180), "gon": ("rad", np.pi / 200),
     "N.s": ("N.s", 1.0), "kN.s": ("N.s", 1e3),
-    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "in/s": ("m/s", 0.0254), "km/h": ("m/s", 1 / 3.6),
+    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "cm/s": ("m/s", 1e-2), "in/s": ("m/s", 0.0254), "ft/s": ("m/s", FOOT),
+    "km/h": ("m/s", 1 / 3.6),
     "rad/s": ("rad/s", 1.0), "mrad/s": ("rad/s", 1e-3), "deg/s": ("rad/s", np.pi / 180),
-    "m/s2": ("m/s2", 1.0), "mm/s2": ("m/s2", 1e-3), "g": ("m/s2", GRAVITY),
+    "m/s2": ("m/s2", 1.0), "mm/s2": ("m/s2", 1e-3), "cm/s2": ("m/s2", 1e-2), "in/s2": ("m/s2", 0.0254), "ft/s2": ("m/s2", FOOT),
+    "g": ("m/s2", GRAVITY),
     "rad/s2": ("rad/s2", 1.0), "mrad/s2": ("rad/s2", 1e-3), "deg/s2": ("rad/s2", np.pi / 180),
-    "N": ("N", 1.0), "kN": ("N", 1e3), "MN": ("N", 1e6), "lbf": ("N", 4.4482216152605), "kip": ("N", 4448.2216152605),
+    "N": ("N", 1.0), "kN": ("N", 1e3), "MN": ("N", 1e6), "daN": ("N", 10.0), "kgf": ("N", KILOPOND), "kp": ("N", KILOPOND),
+    "lbf": ("N", POUND), "kip": ("N", 1e3 * POUND), "kips": ("N", 1e3 * POUND),
     "N.m": ("N.m", 1.0), "Nm": ("N.m", 1.0), "kN.m": ("N.m", 1e3), "kNm": ("N.m", 1e3),
-    "J": ("J", 1.0), "kJ": ("J", 1e3),
+    "J": ("J", 1.0), "kJ": ("J", 1e3), "ft-lbf": ("J", FOOT * POUND), "ft.lbf": ("J", FOOT * POUND),
 }
 
 
@@ -48,13 +63,12 @@ def time_mean(time: np.ndarray, x: np.ndarray) -> float:
     return float(np.average(x[known], weights=np.diff(edges)))
 
 
-COMMENT_MARKS = "#%!;*"
-EMPTY = {"n/a", "na", "none", "null", "-", "--"}     # words of a cell without a number
 MISSING = -999.0, -9999.0, -99999.0, 1e30, -1e30, 1e33     # numbers that codes write where they have none
-EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}(?!\d))")   # where Fortran leaves out the letter of an exponent of three digits
-SEPARATORS = ";", "\t", ",", ""          # the last one stands for blanks
 LISTED = re.compile(r"\W*(?:column|colonne|spalte)?\s*(\d+)\s*[:=)]\s*(.*\S)\s*", re.IGNORECASE)       # a name in a list
-UNIT_IN_BRACKETS = re.compile(r"(.*?\S)\s*[\[(](.*)[\])]")
+# A unit of one column: in brackets, behind a stroke between blanks, or between the dots that R makes of brackets.
+UNIT_IN_NAME = [*map(re.compile, (r"(.*?\S)\s*[\[(<{](.*)[\])>}]", r"(.*\S)\s+/\s*(\S+)", r"(.*?\w)\.\.(.+?)\."))]
+UNIT_AT_END = re.compile(r"(.*[^\W_])[_ ]+(\S+?)")
+MOSTLY = 0.9        # share of the names from which a unit at the end is one
 
 
 @dataclass(frozen=True)
@@ -88,9 +102,10 @@ def read_columns(path: str | os.PathLike[str],
                  columns: str | os.PathLike[str] | Mapping[str, Any] | None = None) -> pd.DataFrame:
     """Read labelled columns in SI units; units in `attrs["units"]`.
 
-    Takes numbers separated by blanks, tabs, commas or semicolons under a line of names, with comments (# % ! *), and units
-    in a line of their own below the names or in brackets behind each name. An empty cell is NaN; where commas do not
-    separate the cells they are decimal commas; `attrs["doubt"]` is a cell if all of them may mean thousands.
+    Takes numbers separated by blanks, tabs, commas, semicolons or strokes (|) under a line of names, with comments (# % ! *), and
+    units in a line of their own or behind each name. Cells may be quoted. An empty cell, and one of stars, `#N/A` or another
+    word for no number, is NaN; `attrs["words"]` tells such words, how many there are and where. Where commas do not separate
+    the cells they are decimal commas; `attrs["doubt"]` is a cell if all of them may mean thousands.
 
     columns: how another code names ours, a mapping or a TOML file:
 
@@ -113,22 +128,25 @@ class RawTable:
     units: list[str]            # '' where not given
     numbers: np.ndarray         # (rows, columns)
     doubt: str = ""             # a cell whose comma may mean thousands
+    words: tuple[Word, ...] = ()    # that stand in cells for no number
 
 
-def read_raw(path: Path) -> RawTable:
-    """Read a file of labelled columns without a change of units."""
-    lines = read_text(path).split("\n")
+def read_raw(path: Path, encoding: str = "latin-1") -> RawTable:
+    """Read a file of labelled columns without a change of units. encoding: of a file that is not in UTF-8 or UTF-16."""
+    lines = plain_lines(read_text(path, encoding))
     layout = _find_layout(path, lines)
-    numbers = _read_numbers(path, lines, layout)
-    numbers[np.isin(numbers, MISSING)] = np.nan
-    return RawTable(layout.names, layout.units, numbers, _thousands(lines, layout))
+    table = read_rows(lines, layout.start, len(layout.names), layout.separator)
+    if table.wrong is not None:
+        raise _wrong_row(path, table.wrong, lines, len(layout.names))
+    table.numbers[np.isin(table.numbers, MISSING)] = np.nan
+    return RawTable(layout.names, layout.units, table.numbers, _thousands(lines, layout), table.words)
 
 
 def _thousands(lines: Sequence[str], layout: Layout) -> str:
     """The first cell with a comma, as 90,000, if every comma of the file may mean thousands; '' where one must be decimal."""
     mark = layout.separator
-    rows = (line for line in lines[layout.start:] if mark != "," in line and not _is_comment(line, mark))
-    commas = (cell for line in rows for cell in _cells(line, mark) if "," in cell)
+    rows = (line for line in lines[layout.start:] if "," in line and (mark != "," or '"' in line) and not is_comment(line, mark))
+    commas = (cell for line in rows for cell in cells_of(line, mark) if "," in cell)
     first = next(commas, "")
     return first if all(re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in (first, *commas)) else ""
 
@@ -145,123 +163,97 @@ def converted(path: Path, raw: RawTable,
         units[name], factor = _si(path, source.unit if source.unit is not None else raw.units[k])
         data[name] = factor * source.factor * raw.numbers[:, k] + source.offset
     frame = pd.DataFrame(data)
-    frame.attrs |= {"units": units} | ({"doubt": raw.doubt} if raw.doubt else {})
+    frame.attrs |= {"units": units} | ({"doubt": raw.doubt} if raw.doubt else {}) | ({"words": raw.words} if raw.words else {})
     return frame
 
 
 def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
     """Names and units: lines above the numbers with as many words as there are cells in a row."""
-    start, separator = next(((k, mark) for k, line in enumerate(lines) if (mark := _separator(line)) is not None), (0, None))
+    start, separator = next(((k, mark) for k, line in enumerate(lines)
+                             if (mark := row_separator(line)) is not None and not numbers_columns(line, mark)), (0, None))
     if separator is None:
         raise _no_rows(path, lines)
-    first = _cells(lines[start], separator)
+    first = cells_of(lines[start], separator)
     count = len(first)
-    heading = {k: _heading_words(line, separator) for k, line in enumerate(lines[:start]) if re.search(r"\w", line)}
-    rows = [k for k, words in heading.items() if len(words) == count]
+    heading, rows = _heading(lines[:start], separator, count)
     if not rows and not first[-1]:          # every row ends with a separator
         count -= 1
         rows = [k for k, words in heading.items() if len(words) == count]
-    units, below = [""]*count, start
-    if rows and any(heading[rows[-1]]) and all(_plain_unit(word) in (*UNITS, "") for word in heading[rows[-1]]):
-        below = rows.pop()
-        units = [_plain_unit(word) for word in heading[below]]
-    if not rows:
+    # Names may stand between other separators than the numbers do.
+    for mark in SEPARATORS if not rows else ():
+        heading, rows = (heading, rows) if rows else _heading(lines[:start], mark, count)
+    units, named = [""]*count, _listed_names(lines[:start], count)
+    of_units = [k for k in rows if any(heading[k]) and all(plain_unit(word) in (*UNITS, "") for word in heading[k])][-1:]
+    # A lone line of units would be one of names, as t and N.
+    if of_units and (len(rows) > 1 or named or of_units[0] != rows[-1]):
+        rows.remove(of_units[0])
+        units = [plain_unit(word) for word in heading[of_units[0]]]
+    rows = [k for k in rows if not numbers_columns(lines[k], separator)]
+    if not (rows or named):
         raise Error(file=path, expected=f"a line with the names of {count} columns above the numbers", found="none")
-    # Our header follows the names as comments; other codes' names may be a comment themselves.
-    at = next((k for k in reversed(rows) if not _is_comment(lines[k], separator)), rows[-1])
-    names = heading[at]
-    strange = [k for k in heading if at < k != below and not _is_comment(lines[k], separator)]
-    if _is_number(names[0], separator) or (len(rows) > 1 and any(_is_number(name, separator) for name in names)):
-        strange.insert(0, at)
-    if strange:
-        raise _wrong_row(path, strange[0], lines, count)
-    names = _listed_names(lines[:start], count) or names
-    for k, name in enumerate(names):
-        found = UNIT_IN_BRACKETS.fullmatch(name)
-        if found and _plain_unit(found[2]) in UNITS:
-            names[k], units[k] = found[1], _plain_unit(found[2])
+    if rows:
+        # Our header follows the names as comments; other codes' names may be a comment themselves.
+        at = next((k for k in reversed(rows) if not is_comment(lines[k], separator)), rows[-1])
+        strange = [k for k in heading if at < k and k not in of_units and not is_comment(lines[k], separator)
+                   and not numbers_columns(lines[k], separator)]
+        if is_number(heading[at][0]) or (len(rows) > 1 and any(map(is_number, heading[at]))):
+            strange.insert(0, at)
+        if strange and not named:
+            raise _wrong_row(path, strange[0], lines, count)
+    names = named or heading[at]
+    _take_units(names, units)
     return Layout(separator, names, units, start)
 
 
+def _heading(lines: Sequence[str], separator: str, count: int) -> tuple[dict[int, list[str]], list[int]]:
+    """The words of the lines above the numbers, and which of these have as many as there are columns."""
+    words = {k: _heading_words(line, separator) for k, line in enumerate(lines) if re.search(r"\w", line)}
+    return words, [k for k, some in words.items() if len(some) == count]
+
+
+def _take_units(names: list[str], units: list[str]) -> None:
+    """Move units from the names to the units: those in brackets, behind a stroke, in the dots that R makes of brackets, and those
+    at the end of nearly all names."""
+    found = [next(((match[1], unit) for form in UNIT_IN_NAME if (match := form.fullmatch(name))
+                   and (unit := plain_unit(match[2])) in UNITS), None) for name in names]
+    ends = [(match[1], unit) if (match := UNIT_AT_END.fullmatch(name)) and (unit := plain_unit(match[2])) in UNITS else None
+            for name in names]
+    if sum(one is not None for one in ends) > MOSTLY*len(names):
+        found = [own or end for own, end in zip(found, ends, strict=True)]
+    for k, one in enumerate(found):
+        if one:
+            names[k], units[k] = one
+
+
 def _listed_names(lines: Sequence[str], count: int) -> list[str]:
-    """Names of all columns from a numbered list above the numbers, as '# column 3: roll angle [rad]'; none without it."""
+    """Names of all columns from a numbered list above the numbers, as '# column 3: roll angle [rad]', or from Tecplot's variables,
+    which may stand on lines of their own; none without it."""
     found = [match for line in lines if (match := LISTED.fullmatch(line))]
-    return [match[2] for match in found] if [int(match[1]) for match in found] == [*range(1, count + 1)] else []
-
-
-def _separator(line: str) -> str | None:
-    """What separates the cells of a row of numbers; None of another line."""
-    for mark in SEPARATORS:
-        cells = _cells(line, mark)
-        if len(cells) > 1 and any(cells) and all(_is_number(cell, mark) for cell in cells if cell):
-            return mark
-    return None
-
-
-def _is_number(word: str, separator: str) -> bool:
-    if word.lower() in EMPTY:
-        return True
-    try:
-        float(EXPONENT.sub("e", _plain_number(word, separator)))
-    except ValueError:
-        return False
-    return word.isascii() and "_" not in word
-
-
-def _plain_number(words: str, separator: str) -> str:
-    """Rewrite Fortran's exponents and decimal commas as Python reads them."""
-    words = words if separator == "," else words.replace(",", ".")
-    return re.sub("[dD]", "e", words) if "d" in words or "D" in words else words
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    return [cell.strip() for cell in line.split(separator)] if separator else line.split()
-
-
-def _is_comment(line: str, separator: str) -> bool:
-    mark = line.lstrip()[:1]
-    return mark != separator and mark in tuple(COMMENT_MARKS)
+    if [int(match[1]) for match in found] == [*range(1, count + 1)]:
+        return [match[2] for match in found]
+    variables = re.search(r"^\s*variables\s*=(.*?)(?:^\s*zone\b|\Z)", "\n".join(lines), re.IGNORECASE | re.DOTALL | re.MULTILINE)
+    names = re.findall(r'"([^"]*)"', variables[1]) or re.split(r"[\s,]+", variables[1].strip()) if variables else []
+    return names if len(names) == count else []
 
 
 def _heading_words(line: str, separator: str) -> list[str]:
     """Words of a heading without comment mark; a unit in brackets stays with the name before it."""
     line = line.strip().lstrip(COMMENT_MARKS)
     if separator and line.startswith('"'):
-        return [word.strip() for word in next(csv.reader([line.rstrip(separator)], delimiter=separator))]
+        return cells_of(line.rstrip(separator), separator)
     if not separator:
         line = re.sub(r"(?<=[^\s\])])\s+(?=[\[(]\S*[\])])", "", line)
-    return [word.strip("\"'") for word in _cells(line.rstrip(separator or None), separator)]
+    return [word.strip("\"'") for word in cells_of(line.rstrip(separator or None), separator, quoted=not separator)]
 
 
-def _plain_unit(unit: str) -> str:
-    """'[m/s^2]', 'm.s-2' and 'm/s**2' as 'm/s2', degrees as 'deg'."""
-    plain = unit.strip("[]() ").replace("^", "").replace("²", "2").replace("⁻", "-").replace("**", "").replace("·", ".")
-    plain = plain.replace("*", ".").replace("/s/s", "/s2").replace("°", "deg")
+def plain_unit(unit: str) -> str:
+    """'[m/s^2]', 'm.s-2', 'm/s**2' and 'mps2' as 'm/s2', degrees as 'deg', 'µs' as 'us'."""
+    plain = unicodedata.normalize("NFKC", unit).strip("[](){}<> ").replace("^", "").replace("\u2212", "-").replace("**", "")
+    plain = plain.replace("·", ".").replace("*", ".").replace("/s/s", "/s2").replace("°", "deg").replace("\u03bc", "u")
     plain = re.sub(r"[. ]?s-1", "/s", re.sub(r"[. ]?s-2", "/s2", plain))
-    return {"degrees": "deg", "degree": "deg"}.get(plain, plain)
-
-
-def _read_numbers(path: Path, lines: Sequence[str], layout: Layout) -> np.ndarray:
-    """All rows, shape (rows, columns)."""
-    count, mark = len(layout.names), layout.separator
-    given = {k: line for k, line in enumerate(lines[layout.start:], layout.start) if line.strip() and not _is_comment(line, mark)}
-    with suppress(ValueError):          # something else than numbers
-        table = np.loadtxt(given.values(), delimiter=mark or None, comments=None, ndmin=2)
-        if table.shape[1] == count:
-            return table
-    rows: dict[int, str] = {}
-    for k, line in given.items():
-        cells = _cells(line, mark)
-        if len(cells) == count + 1 and not cells[-1]:
-            cells.pop()
-        if len(cells) != count:
-            raise _wrong_row(path, k, lines, count)
-        row = " ".join(["nan" if not cell or cell.lower() in EMPTY else cell for cell in cells])
-        rows[k] = EXPONENT.sub("e", _plain_number(row, mark))
-    with suppress(ValueError):
-        return np.loadtxt(rows.values(), comments=None, ndmin=2)
-    wrong = (k for k, row in rows.items() if len(row.split()) != count or not all(_is_number(cell, " ") for cell in row.split()))
-    raise _wrong_row(path, next(wrong, layout.start), lines, count)
+    if plain not in UNITS:
+        plain = next((one for one in (re.sub(r"ps(2?)$", r"/s\1", plain), plain.replace(".", "/", 1)) if one in UNITS), plain)
+    return {"degrees": "deg", "degree": "deg", "grad": "gon"}.get(plain, plain)
 
 
 def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
@@ -271,9 +263,9 @@ def _wrong_row(path: Path, k: int, lines: Sequence[str], count: int) -> Error:
 def _no_rows(path: Path, lines: Sequence[str]) -> Error:
     """What to say of a file whose rows all have something else among their numbers, or that has no rows."""
     for k, line in enumerate(lines):
-        cells = max((_cells(line, mark) for mark in SEPARATORS), key=len)
-        odd = next((cell for cell in cells if cell and not _is_number(cell, " ")), "")
-        if odd and len(cells) > 2 and sum(_is_number(cell, " ") for cell in cells) > len(cells)/2:
+        cells = max((cells_of(line, mark) for mark in SEPARATORS), key=len)
+        odd = next((cell for cell in cells if cell and not is_number(cell)), "")
+        if odd and len(cells) > 2 and sum(map(is_number, cells)) > len(cells)/2:
             return Error(file=path, line=k + 1, expected="numbers",
                          found=f"'{odd[:40]}', and no row without such a cell")
     return Error(file=path, expected="rows of numbers", found="none")
@@ -322,7 +314,7 @@ def _find_column(path: Path, names: Sequence[str], column: str | int) -> int:
 
 def _si(path: Path, unit: str) -> tuple[str, float]:
     """SI unit of a unit, and the factor to it."""
-    plain = _plain_unit(unit)
+    plain = plain_unit(unit)
     if plain and plain not in UNITS:
         raise Error(file=path, expected=f"a unit among {', '.join(UNITS)}", found=unit)
     return UNITS[plain] if plain else ("", 1.0)

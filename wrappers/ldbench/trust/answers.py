@@ -22,7 +22,7 @@ from .variations import PROGRAM
 if TYPE_CHECKING:       # pandas and matplotlib are imported where they are needed: it takes longer than a short run
     import pandas as pd
 
-    from ..plots.document import Figures
+    from ..plots.sheets import Figures
 
 #: Answers that are shown where not all are asked for.
 SHORT = ("t_first_LF", "first_peak_N_LF", "first_duration_LF", "first_impulse_LF", "t_first_RF", "first_peak_N_RF", "t_return",
@@ -207,7 +207,7 @@ class Trust:
 
     def plot(self, everything: bool = False) -> Figures:
         """The causes of each answer as bars: figures of matplotlib, which a notebook shows."""
-        from ..plots.document import Figures
+        from ..plots.sheets import Figures
         from ..plots.style import ldbench_style
         from .page import causes_pages
 

@@ -19,6 +19,7 @@ from .._core.errors import Error
 from .._core.files import check_ending, complete
 from .._core.optional import needed
 from ..case import Case
+from ..plots.sheets import save_pages, svg
 from ..plots.style import CONTACT_LINES, GREY, SERIES, ldbench_style, plain
 from ..results.quantities import quantity
 from ..results.run_data import RunData
@@ -27,7 +28,7 @@ from .scene import Actor, Scene
 
 RATES = {".mp4": 30, ".gif": 20}    # frames per second
 FILMS = tuple(RATES)
-PICTURE = ".png"                    # one moment
+PICTURES = ".png", ".svg", ".pdf"   # one moment
 SECONDS = 20                        # of a film of which nobody says the speed
 FRAMES = 20_000                     # at most
 INCHES, DPI = (12.8, 7.2), 100
@@ -39,7 +40,7 @@ Frame = np.ndarray
 
 def check_film(target: Path) -> None:
     """Check before the work that the film can be written."""
-    check_ending(target, "a film .mp4 or .gif, or a picture .png", *RATES, PICTURE)
+    check_ending(target, "a film .mp4 or .gif, or a picture .png, .svg or .pdf", *RATES, *PICTURES)
     if target.suffix.lower() == ".mp4":
         encoder()
 
@@ -50,12 +51,18 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
     first, last = min(float(r.time[0]) for r in runs), max(float(r.time[-1]) for r in runs)
     start, end = first if start is None else start, last if end is None else end
     kind = target.suffix.lower()
-    if not (first <= start <= end <= last and (start < end or (kind == PICTURE and first < last))):
+    if not (first <= start <= end <= last and (start < end or (kind in PICTURES and first < last))):
         raise Error(file=target, expected=f"times from {first:g} to {last:g} s in ascending order",
                     found=f"{start:g} to {end:g} s")
-    if kind == PICTURE:
+    if kind in PICTURES:
         with ldbench_style(), complete(target) as scratch:
-            Image.fromarray(Picture(runs, first, last, None, case).frame(start)).save(scratch, format="PNG", optimize=True)
+            picture = Picture(runs, first, last, None, case)
+            if kind == ".png":
+                Image.fromarray(picture.frame(start)).save(scratch, format="PNG", optimize=True)
+            elif kind == ".svg":
+                scratch.write_text(svg(picture.still_figure(start)), encoding="utf-8")
+            else:
+                save_pages(scratch, [("", picture.still_figure(start))])
         return
     rate, speed = RATES[kind], speed or (end - start)/SECONDS
     count = int(np.ceil((end - start)/speed*rate)) + 1
@@ -192,6 +199,21 @@ class Picture:
         for (x, y), words, own, anchor in self.words(t):
             draw.text((x*image.width, (1 - y)*image.height), words, fill="black", font=own, anchor=anchor)
         return np.array(image)
+
+    def still_figure(self, t: float) -> Figure:
+        """The figure at time t [s], for files that are drawn in lines and letters: nothing moves any more."""
+        for scene in self.scenes:
+            shown = list(scene.move(t))
+            for point in scene.points.values():         # those of open contacts have no place
+                point.set_visible(point in shown)
+            for artist in shown:
+                artist.set_animated(False)
+        for cursor in self.cursors:
+            cursor.set(xdata=[self.scale*t]*2, animated=False)
+        for (x, y), words, own, anchor in self.words(t):
+            self.figure.text(x, y, plain(words), family=own.getname()[0], fontsize=72*own.size/DPI, va="top",
+                             ha={"l": "left", "m": "center", "r": "right"}[anchor[0]])
+        return self.figure
 
     def words(self, t: float) -> Iterator[tuple[tuple[float, float], str, ImageFont.FreeTypeFont, str]]:
         """All texts that change: place in the figure, words, font and anchor. Pillow draws them in a tenth of the time that

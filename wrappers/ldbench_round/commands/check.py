@@ -3,7 +3,7 @@
 A folder holds the files of one code. Their names say the simulation, such as ex2_aw.csv or exercise3_simplified.txt; other files
 are named and left out. No reference is needed: kinematics, momentum and energy have to close, and the motion has to be that of
 the exercise. Files of other codes need no map of their columns: the command guesses it from names and from a run of our own.
-A finding is passed, doubtful or failed; one failure makes the status 1.
+A finding is passed, doubtful or failed; one failure makes the status 1. Of many columns -v and --json name all.
 
 examples:
   python -m ldbench check outputs
@@ -21,8 +21,9 @@ from ldbench.commands.options import add_json, add_map, add_simulation, print_js
 from ldbench.number_text import number_text
 from ldbench.tools import complete
 
+from ..cell_checks import NO_NUMBERS
 from ..check import Checked, check_file, check_folder, unlike
-from ..findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
+from ..findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, apart_text
 from ..tasks import task_named
 
 
@@ -51,14 +52,14 @@ def main(args: argparse.Namespace) -> int:
     else:
         if folder:
             print(f"{args.path}: {counts(folder)}")
-            print_findings(folder, args.all)
+            print_findings(folder, args.all, args.verbose)
         for one in checked:
             print(f"{one.file}: {one.task.words}; {counts(one.findings)}")
             doubt = bool(one.guess and unlike(one.guess))
             if one.guess and (args.show_map or (doubt and not args.save_map)):
                 print(f"  the map of its columns, guessed{' with doubt' if doubt else ''}:")
                 print("".join(f"  {line}\n" for line in one.guess.toml().splitlines()), end="")
-            print_findings(one.findings, args.all)
+            print_findings(one.findings, args.all, args.verbose)
     return int(any(finding.verdict == FAILED for findings in (folder, *(one.findings for one in checked)) for finding in findings))
 
 
@@ -68,15 +69,16 @@ def counts(findings: Sequence[Finding]) -> str:
     return ", ".join(f"{number} {verdict}" for verdict, number in found.items() if number)
 
 
-def print_findings(findings: Sequence[Finding], everything: bool) -> None:
-    """Print a line per finding."""
+def print_findings(findings: Sequence[Finding], everything: bool, whole: bool) -> None:
+    """Print a line per finding, with the whole lists of columns if asked for."""
     for finding in findings:
-        if finding.verdict == PASSED and not everything:
+        if finding.verdict == PASSED and not everything and finding.what != NO_NUMBERS:
             continue
-        number = "" if finding.number != finding.number else f" {number_text(finding.number, digits=3, trim=True)}"
+        number = "" if finding.number != finding.number else f" {apart_text(finding.number, [finding.limit])}"
         limit = "" if finding.limit != finding.limit else f" (limit {number_text(finding.limit, digits=3, trim=True)})"
-        row = "" if finding.row is None else f", row {finding.row}"
-        hint = f": {finding.hint}" if finding.hint else ""
+        time = "" if finding.time != finding.time else f" at {finding.time:.6g} s"
+        row = "" if finding.row is None else f", row {finding.row}{time}"
+        hint = f": {told}" if (told := finding.told(whole)) else ""
         print(f"  {finding.verdict}: {finding.what}{number}{limit if number else ''}{row}{hint}")
 
 

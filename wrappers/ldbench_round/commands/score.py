@@ -17,18 +17,20 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from ldbench import Case, Error
 from ldbench.commands.options import add_json, add_map, add_reference, add_simulation, print_json
-from ldbench.number_text import UNKNOWN, number_text, two_digits
+from ldbench.number_text import UNKNOWN, two_digits
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData
 
 from ..check import read_submitted
-from ..findings import FAILED
+from ..findings import FAILED, apart_text
 from ..metrics import score
 from ..own_runs import yardsticks
 from ..physics_checks import start_findings
-from ..scores import KINDS, OVER_TIME, Score, Scores
+from ..scores import GRADES, KINDS, OVER_TIME, Score, Scores
 from ..submissions import complaint, find_files
 from ..tasks import TASKS, Task, task_named, task_of
 
@@ -105,7 +107,8 @@ def doubts(run: RunData, task: Task) -> list[str]:
 def heading(scores: Scores) -> str:
     """How far a file was scored."""
     yardstick = yardsticks()[scores.task.name]
-    share = "" if scores.share != scores.share else f"; the same contacts are closed for {100*scores.share:.4g} % of it"
+    share = "" if scores.share != scores.share else (
+        f"; the same contacts are closed for {percent(scores.share, 4)} % of it")
     kinds = [f"the {where} has rigid contacts" for where, rigid in zip(("file", "reference"), scores.rigid, strict=True) if rigid]
     unlike = f"; {kinds[0]} and the other elastic ones, which differ after the first impact" if len(kinds) == 1 else ""
     return (f"{scores.task.words}; scored up to {scores.end:.4g} s (horizon {'' if yardstick.reached else 'beyond '}"
@@ -130,8 +133,13 @@ def lines(scores: Scores, everything: bool) -> Iterator[str]:
     yield from (f"  not scored: {name}: {why}" for name, why in scores.left_out.items())
 
 
+def percent(share: float, digits: int = 3) -> str:
+    """A share in percent; 100 and 0 stand for the whole and for nothing alone."""
+    return apart_text(100*share, [0.0, float(np.nextafter(100.0, 0.0))], digits)
+
+
 def row(words: str, one: Score, share: float) -> str:
     """A line of the table."""
     by_hertz = one.difference/one.hertz if one.hertz > 0 else float("nan")
-    return (f"  {words:44} {two_digits(one.difference):>10} {UNKNOWN if one.grade is None else f'{one.grade:g}':>6} "
-            f"{number_text(100*share, digits=3, trim=True):>5} % {two_digits(by_hertz):>9} {two_digits(one.of_spread):>9}")
+    return (f"  {words:44} {apart_text(one.difference, GRADES, 2):>10} {UNKNOWN if one.grade is None else f'{one.grade:g}':>6} "
+            f"{percent(share):>5} % {two_digits(by_hertz):>9} {two_digits(one.of_spread):>9}")

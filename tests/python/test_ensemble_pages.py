@@ -1,0 +1,78 @@
+"""What an ensemble draws: every result at every value of every variable."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import ldbench
+from ldbench.__main__ import main
+from ldbench.plots.ensemble_pages import DRAWN, ensemble_figures
+from ldbench.results.quantities import OUTCOME
+from running import kept_tables
+
+CASE = ldbench.Case.exercise(3).replace(model="hertz", dt=1e-5, t_end=0.015, roll_link="rails", stop_at="t_end")
+
+
+def sweep(over: dict[str, list[float]], n: int | None = None) -> xr.Dataset:
+    return ldbench.ensemble(CASE.replace(table_folder=kept_tables()), over, n)
+
+
+def drawn(figure: Figure) -> dict[str, list[tuple[str, np.ndarray, np.ndarray]]]:
+    """Labels and points of the curves of a page, by the title of the panel."""
+    return {ax.get_title(loc="left"): [(line.get_label(), *map(np.asarray, line.get_data())) for line in ax.get_lines()]
+            for ax in figure.axes}
+
+
+def test_one_variable():
+    """A curve in each panel, in the units of the summary; a result that no run has is not drawn."""
+    found = sweep({"vY": [0.9, 1.0, 1.1]})
+    figure, = ensemble_figures(found)
+    curves = drawn(figure)
+    assert set(curves) == {OUTCOME[name].label for name in DRAWN if name in found and np.isfinite(found[name]).any()}
+    assert OUTCOME["first_peak_N_LF"].label in curves and OUTCOME["F_derailment"].label not in curves
+    for name in DRAWN:
+        for _, x, y in curves.get(OUTCOME[name].label, []):
+            np.testing.assert_array_equal(x, [0.9, 1.0, 1.1])
+            np.testing.assert_allclose(y, OUTCOME[name].scale*found[name].values, rtol=1e-12)
+    assert [ax.get_xlabel() for ax in figure.axes if ax.get_xlabel()] == ["vY [m/s]"]*3
+
+
+def test_two_variables_have_a_page_each():
+    """With a curve for each value of the other one, which its label tells."""
+    found = sweep({"vY": [0.9, 1.0], "mass": [1500.0, 1568.0, 1600.0]})
+    label = OUTCOME["first_peak_N_LF"].label
+    for figure, (variable, other) in zip(ensemble_figures(found), (("vY", "mass"), ("mass", "vY")), strict=True):
+        for words, x, y in drawn(figure)[label]:
+            value = float(words.removeprefix(f"{other} = "))
+            np.testing.assert_array_equal(x, found[variable])
+            np.testing.assert_allclose(y, 1e-3*found.first_peak_N_LF.sel({other: value}), rtol=1e-12)
+        assert len(drawn(figure)[label]) == found[other].size
+
+
+def test_draws_and_failures():
+    """Draws are points; a run that failed is counted in the caption and has none."""
+    points = sweep({"vY": [0.9, 1.1], "mass": [1500.0, 1600.0]}, 4)
+    for figure, variable in zip(ensemble_figures(points), ("vY", "mass"), strict=True):
+        (_, x, y), = drawn(figure)[OUTCOME["first_peak_N_LF"].label]
+        np.testing.assert_array_equal(x, points[variable])
+        np.testing.assert_allclose(y, 1e-3*points.first_peak_N_LF, rtol=1e-12)
+    some = sweep({"mass": [1568.0, -1.0]})
+    figure, = ensemble_figures(some)
+    assert any("1 run failed and is not drawn" in text.get_text() for text in figure.texts)
+    (_, _, y), = drawn(figure)[OUTCOME["t"].label]
+    assert np.isfinite(y).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(("words", "files"), [("-o s.pdf", ["s.pdf"]), ("-o s.png", ["s.png"]),
+                                              ("-o s.zarr --picture s.svg", ["s.svg", "s.zarr"])])
+def test_command(words: str, files: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    CASE.replace(table_folder=kept_tables()).to_namelist("case.nml")
+    assert main(["ensemble", "case.nml", "--over", "vY=0.9,1.1", *words.split()]) == 0
+    said = capsys.readouterr().out
+    assert all(f"\n{file}: " in said and Path(file).exists() for file in files)
+    assert main(["ensemble", "case.nml", "--over", "vY=0.9", "-o", "a.pdf", "--picture", "b.pdf"]) == 2
