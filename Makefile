@@ -94,7 +94,7 @@ CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
 $(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
-	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 # On Windows names of files are UTF-8 only if a manifest says so.
 ifeq ($(suffix $(EXE)),.exe)
@@ -128,12 +128,12 @@ $(LIB)/ldbench.pc: Makefile | $(LIB)
 FMU     = wrappers/ldbench/_core/fmu/$(if $(findstring mingw,$(FC)),win64/wheelset.dll,linux64/wheelset.so)
 BESIDE  = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
 fmu:
-	$(call built,$(FMU) LAPACK=own)
+	$(call built,$(FMU))
 
-$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(OWN)
+$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
 	mkdir -p $(@D)
 	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -Wl,-rpath,'$$ORIGIN' -o $@.part \
-	  $(filter %.o,$^) $(LIBS) && mv $@.part $@
+	  $(filter %.o,$^) && mv $@.part $@
 	$(if $(filter %.so,$@),for name in $(BESIDE); do cp $$($(FC) -print-file-name=$$name) $(@D)/; done)
 
 $(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
@@ -232,7 +232,7 @@ ifeq ($(SANITIZE),1)
 endif
 # One test per core runs at a time. A test uses one thread unless it asks for more.
 test:
-	$(call built,$(EXE) $(TESTS) $(WRAPPER))
+	$(call built,$(EXE) $(TESTS) $(WRAPPER) $(DYNAMIC) $(FMU))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
 # The package under each of these Pythons that is here, with old and new numpy and pandas. A path names a Python that is not

@@ -15,6 +15,7 @@ module c_interface
   use integrators, only: evaluate_contacts, integrator_type, step_diverged, step_ok
   use kinds, only: dp, version
   use motion_state, only: motion_type
+  use places, only: folder_of
   use open_cases, only: add_case, case_at, close_case
   use prepared_cases, only: finished_type, paths_of, prepare_located, prepared_type, read_lines_of_case, release, row_list, &
     simulate_prepared
@@ -119,8 +120,6 @@ contains
     type(case_type), allocatable :: c
     integer(c_int64_t), pointer :: number
     character(:), allocatable :: folder
-    character(text_length) :: path(5)
-    integer :: k
 
     if (.not. c_associated(handle)) then
       call fatal_error(error, 'handle: expected a place for it, found a null pointer')
@@ -131,18 +130,15 @@ contains
     folder = ''
     if (c_associated(tables)) call text_at(tables, 'tables', folder, error)
     allocate (c)
+    call folder_of(file, c%places%folder)
     if (.not. allocated(error)) call read_lines_of_case(file, lines, c, error)
     if (allocated(error)) return
     if (len(folder) > text_length) call fatal_error(error, 'tables: expected at most '//str(text_length)// &
       ' characters, found '//str(len(folder)))
     if (allocated(error)) return
     c%table_folder = folder
-    path = paths_of(c)
-    do k = 1, size(path)
-      path(k) = beside(path(k), file)
-    end do
     allocate (p)
-    call prepare_located(p, c, path, error)
+    call prepare_located(p, c, paths_of(c), error)
     if (.not. allocated(error)) then
       call add_case(p, number)
       if (number == 0) call fatal_error(error, 'expected fewer cases in one process, found more than there are numbers for')
@@ -448,6 +444,7 @@ contains
     block
       type(run_type), allocatable :: run
       type(given_rows) :: writer
+      type(error_type), allocatable :: warning
       type(event_point), pointer :: event(:)
       integer(c_int), pointer :: number
       character(:), allocatable :: words
@@ -460,7 +457,7 @@ contains
         call c_f_pointer(rows, writer%values, [columns, int(capacity)])
       end if
       allocate (run)
-      call simulate_prepared(p, writer, run, error)
+      call simulate_prepared(p, writer, run, warning, error)
       if (.not. c_associated(rows) .or. capacity < 1) deallocate (writer%values)
       status = told(error, message, size)
       if (status /= ok) return
@@ -565,20 +562,6 @@ contains
     call refuse(error, 'a pose within the extent of &table', 'y = '//str(q(1))//' m, z = '//str(q(2))//' m, roll = '// &
       str(q(3))//' rad')
   end subroutine outside_words
-
-  !> The path of a file that a namelist names: as given, or beside the namelist if that is where it is.
-  function beside(path, namelist) result(found)
-    character(*), intent(in) :: path, namelist
-    character(len(path)) :: found
-    logical :: there
-
-    found = path
-    if (path == '') return
-    inquire (file=trim(path), exist=there)
-    if (there .or. scan(namelist, '/\') == 0) return
-    inquire (file=namelist(:scan(namelist, '/\', back=.true.))//trim(path), exist=there)
-    if (there) found = namelist(:scan(namelist, '/\', back=.true.))//path
-  end function beside
 
   !> The characters at an address, up to the null character.
   subroutine text_at(address, name, text, error)

@@ -5,6 +5,7 @@ module prepared_cases
   use case_reader, only: read_case
   use errors, only: error_type, refuse
   use kinds, only: dp
+  use places, only: find_file
   use progress, only: monitor_type
   use row_sink, only: row_writer
   use run_monitor, only: run_type
@@ -35,6 +36,7 @@ module prepared_cases
   !> A run with its rows.
   type, extends(run_type) :: finished_type
     type(row_list) :: kept
+    type(error_type), allocatable :: warning   !! contact tables could not be kept
   end type finished_type
 
 contains
@@ -50,19 +52,21 @@ contains
     if (.not. allocated(error)) call check_case(file, c, error)
   end subroutine read_lines_of_case
 
-  !> The files of a case: wheel and rail of the left side, those of the right side, bodies.
-  pure function paths_of(c) result(path)
+  !> The files of a case: wheel and rail of the left side, those of the right side, bodies; text_length characters each.
+  pure function paths_of(c) result(paths)
     type(case_type), intent(in) :: c
-    character(text_length) :: path(5)
+    character(5*text_length) :: paths
 
-    path = [c%wheel_profile, c%rail_profile, c%wheel_profile_right, c%rail_profile_right, c%bodies]
+    paths = c%wheel_profile//c%rail_profile//c%wheel_profile_right//c%rail_profile_right//c%bodies
   end function paths_of
 
   !> A case by the paths where its files are, in the order of `paths_of`.
-  pure type(case_type) function located(c, path)
+  pure type(case_type) function located(c, paths)
     type(case_type), intent(in) :: c
-    character(text_length), intent(in) :: path(5)
+    character(*), intent(in) :: paths
+    character(text_length) :: path(5)
 
+    path = transfer(paths(:5*text_length), path)
     located = c
     located%wheel_profile = path(1)
     located%rail_profile = path(2)
@@ -83,15 +87,15 @@ contains
   end subroutine rename
 
   !> Prepare a case whose files are at other paths; it keeps their names as its namelist has them.
-  subroutine prepare_located(p, c, path, error)
+  subroutine prepare_located(p, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(case_type), intent(in) :: c
-    character(text_length), intent(in) :: path(5)    !! in the order of `paths_of`
+    character(*), intent(in) :: paths      !! in the order of `paths_of`
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: ignored
 
     p%c = c
-    call prepare(located(c, path), p%setup, error)
+    call prepare(located(c, paths), p%setup, error)
     p%owns_table = .true.
     call rename(c, p%setup)
     if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, p%setup, ignored)
@@ -99,15 +103,15 @@ contains
 
   !> A case with the contact table of another, `from`, which must have the same geometry and material, and must stay as long as
   !> this one.
-  subroutine adapt(p, from, c, path, error)
+  subroutine adapt(p, from, c, paths, error)
     type(prepared_type), intent(inout) :: p
     type(prepared_type), intent(in) :: from
     type(case_type), intent(in) :: c
-    character(text_length), intent(in) :: path(5)    !! in the order of `paths_of`
+    character(*), intent(in) :: paths      !! in the order of `paths_of`
     type(error_type), allocatable, intent(out) :: error
 
     p%c = c
-    associate (found => located(c, path))
+    associate (found => located(c, paths))
       call same_file(found%wheel_profile, 'profile', from%setup%wheel(1)%checksum)
       call same_file(found%rail_profile, 'profile', from%setup%rail(1)%checksum)
       call same_file(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), 'profile', &
@@ -126,9 +130,11 @@ contains
     subroutine same_file(path, what, sum)
       character(*), intent(in) :: path, what, sum
       type(line_type), allocatable :: lines(:)
+      character(:), allocatable :: there
 
       if (allocated(error)) return
-      call read_lines(trim(path), lines, error)
+      call find_file(c%places, trim(path), there, error)
+      if (.not. allocated(error)) call read_lines(there, lines, error)
       if (allocated(error)) return
       if (checksum(lines) /= sum) call refuse(error, 'the '//what//' of the contact table, CRC-32 '//sum, checksum(lines), &
         trim(path))
@@ -137,16 +143,16 @@ contains
   end subroutine adapt
 
   !> Integrate a prepared case; its rows go to a writer.
-  subroutine simulate_prepared(p, writer, run, error, watcher)
+  subroutine simulate_prepared(p, writer, run, warning, error, watcher)
     type(prepared_type), intent(in) :: p
     class(row_writer), intent(inout) :: writer
     type(run_type), intent(out) :: run
+    type(error_type), allocatable, intent(out) :: warning    !! contact tables could not be kept
     type(error_type), allocatable, intent(out) :: error
     class(monitor_type), intent(inout), optional :: watcher
-    type(error_type), allocatable :: ignored
 
     call simulate(p%c, p%setup, writer, run, error, watcher)
-    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, ignored)
+    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, warning)
   end subroutine simulate_prepared
 
   !> Give back the tables of a case.
