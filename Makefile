@@ -52,7 +52,7 @@ endif
 # -fdynamic-heap-array lets local arrays be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
-# What a file keeps that is replaced asks gfortran and POSIX.
+# Links and modes of files are those of POSIX, and the intrinsic STAT is gfortran's own.
 SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,posix)
 
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
