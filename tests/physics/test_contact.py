@@ -6,7 +6,7 @@ import pytest
 from ldbench import Case, ContactTable
 from ldbench._core import flat
 from ldbench.table import rigid_geometry
-from ldbench_round.tasks import CLEARANCES
+from ldbench_round.tasks import clearances
 from probes import (
     E_STAR,
     MIRROR,
@@ -79,8 +79,8 @@ def test_approach(pair: str, table: ContactTable):
 
 def test_clearance(pair: str, table: ContactTable):
     """Rigid-axle clearance 10.18 and 16.94 mm to 1 um; there the profiles' points touch at tread and flange."""
-    assert table.clearance == pytest.approx(CLEARANCES[pair], abs=1e-6)
-    (y, z, roll), = Pendulum.of(pair).poses(np.array([CLEARANCES[pair]]))
+    assert table.clearance == pytest.approx(clearances()[pair], abs=1e-6)
+    (y, z, roll), = Pendulum.of(pair).poses(np.array([clearances()[pair]]))
     wheel = left_wheel(pair)
     gap = gaps(turned(wheel, roll) + [y, z], left_rail(pair))
     flange = tangent_angles(wheel) > np.radians(10)
@@ -93,7 +93,7 @@ def test_geometry_functions(pair: str):
     """Roll and height of the rigid wheelset are those of the exact pendulum, cone on round heads."""
     g = ContactTable(Case.exercise(2, pair).replace(formulation="unilateral", table_folder="")).geometry()
     rail = Pendulum.of(pair)
-    on_tread = np.abs(g["Y"]) < 0.95*CLEARANCES[pair]
+    on_tread = np.abs(g["Y"]) < 0.95*clearances()[pair]
     g = {name: column.to_numpy()[on_tread] for name, column in g.items()}
     exact = rail.poses(g["Y"])
     # Points of six decimals, rounded by up to 0.5 nm; a wheel's lever is 0.75 m. Rounded points tilt the normal by up to 4e-6,

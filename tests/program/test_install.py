@@ -163,7 +163,8 @@ def prefix() -> Iterator[Installed]:
     """An installation that cannot be written, and is not at the end of the tests. Names of folders have blanks."""
     if os.geteuid() == 0 and not shutil.which("setpriv"):
         pytest.skip("no setpriv, by which root becomes a user without rights")
-    with tempfile.TemporaryDirectory(prefix="ldbench ") as name:
+    # Other users may not enter the folder of pytest.
+    with tempfile.TemporaryDirectory(prefix="ldbench ", dir="/tmp") as name:
         Path(name).chmod(0o755)
         installed = Installed(Path(name)/"the root", Path(name)/"the home")
         installed.home.mkdir()

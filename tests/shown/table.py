@@ -400,7 +400,7 @@ ABSTRACT = [
     Line(r"\(right\) " + r"(\S+) % \((\S+) %\) "*4 + "Table 1", "largest errors of the contact force in the runs of a pair [%]",
          lambda w: [100*max(raw.errors()[at][k] for raw in (w.thrown, w.pushed) if at in raw.errors())
                     for at in ("tread", "flange", "both", "going_over") for k in range(2)]),
-    Line(r"angle is at least (\S+)° at", "least angle of a flange [deg]", lambda w: DEG*w.thrown.setting("flange_angle")),
+    Line(r"wheel that are at least (\S+)° steep", "least angle of a flange [deg]", lambda w: DEG*w.thrown.setting("flange_angle")),
     Line(r"tolerances of (\S+) m and (\S+) J, and at most \d+ µs long in exercise 5, with tolerances of (\S+) m and (\S+) J",
          "tolerances [m, J]", lambda w: tuple(raw.setting(f"{kind}_tolerance") for raw in (w.thrown, w.pushed)
                                               for kind in ("error", "energy"))),
