@@ -132,7 +132,7 @@ fmu:
 
 $(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
 	mkdir -p $(@D)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -Wl,-rpath,'$$ORIGIN' -o $@.part \
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -Wl,-rpath,'$$ORIGIN',--disable-new-dtags -o $@.part \
 	  $(filter %.o,$^) && mv $@.part $@
 	$(if $(filter %.so,$@),for name in $(BESIDE); do cp $$($(FC) -print-file-name=$$name) $(@D)/; done)
 

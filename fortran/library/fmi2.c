@@ -64,10 +64,10 @@ static fmi2Status say(const model_t *m, fmi2Status status, const char *words) {
   return status;
 }
 
-/* A pose outside the table lets an integrator try a shorter step. */
+/* A pose outside the table lets an integrator try a shorter step, of which it need not tell. */
 static fmi2Status said(const model_t *m, int status, const char *message) {
   if (status == LDBENCH_OK) return fmi2OK;
-  return say(m, status == LDBENCH_OUTSIDE ? fmi2Discard : fmi2Error, message);
+  return status == LDBENCH_OUTSIDE ? fmi2Discard : say(m, fmi2Error, message);
 }
 
 /* The path of a URI file:///..., file:/... or of a path, with %20 and so on as letters. */

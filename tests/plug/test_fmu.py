@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmpy import extract, read_model_description, simulate_fmu
-from fmpy.fmi2 import FMU2Model
+from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
 import ldbench
@@ -82,7 +82,7 @@ def test_eight_instances_at_once_have_the_same_bits(fmus: Path):
 
 def test_a_state_is_given_back(fmus: Path, tmp_path: Path):
     folder, about = extract(fmus/"wheelset.fmu", tmp_path), read_model_description(fmus/"wheelset.fmu")
-    model = FMU2Model(guid=about.guid, unzipDirectory=folder, modelIdentifier="wheelset", instanceName="one")
+    model = FMU2Slave(guid=about.guid, unzipDirectory=folder, modelIdentifier="wheelset", instanceName="one")
     model.instantiate()
     model.setupExperiment()
     model.enterInitializationMode()
@@ -91,7 +91,7 @@ def test_a_state_is_given_back(fmus: Path, tmp_path: Path):
     bytes_of_it = model.serializeFMUState(state)
     model.doStep(0.0, 1e-2)
     there = model.getReal([0, 1, 2, 3, 4, 5])
-    model.setFMUState(model.deSerializeFMUState(bytes_of_it))
+    model.setFMUState(model.deserializeFMUState(bytes_of_it))
     assert model.getReal([0]) == [0.0]
     model.doStep(0.0, 1e-2)
     assert model.getReal([0, 1, 2, 3, 4, 5]) == there and np.isfinite(there).all()
@@ -107,7 +107,8 @@ def test_it_runs_without_the_libraries_of_the_compiler(fmus: Path, tmp_path: Pat
     said = subprocess.run(["ldd", folder/"wheelset.so"], capture_output=True, text=True, check=True,
                           env={**os.environ, "LD_LIBRARY_PATH": ""}).stdout
     needed = {line.split()[0]: line.split()[2] for line in said.splitlines() if "=>" in line}
-    assert all(Path(path).parent == folder for name, path in needed.items() if not name.startswith(("libc.", "libm.", "libpthread")))
+    own = {name: Path(path).parent for name, path in needed.items() if not name.startswith(("libc.", "libm.", "libpthread"))}
+    assert len(own) >= 3 and set(own.values()) == {folder}
     assert "not found" not in said
 
 
@@ -122,5 +123,6 @@ def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
 
 def test_the_client_runs(fmus: Path):
     from fmpy_client import __file__ as client
-    said = subprocess.run([sys.executable, client, fmus/"wheelset.fmu"], capture_output=True, text=True, check=True).stdout
+    said = subprocess.run([sys.executable, client, fmus/"wheelset.fmu"], capture_output=True, text=True, check=True,
+                          env={**os.environ, "PYTHONPATH": ""}).stdout
     assert [line.split()[0] for line in said.splitlines()] == ["ModelExchange", "CoSimulation"]

@@ -86,7 +86,7 @@ def test_another_integrator_passes_the_centre_at_the_same_time(namelist: Path):
                           capture_output=True, text=True, check=True).stdout.split()
     events = [event.t for event in ldbench.run(namelist).events if event.kind == "centre passage"]
     assert [float(t) for t in said[:-1]] == pytest.approx(events, abs=1e-7)
-    assert abs(float(said[-1])) < 1e-6          # energy [J]
+    assert abs(float(said[-1])) < 1e-5          # energy [J], of which 196 move
 
 
 def test_a_program_in_c(namelist: Path, tmp_path: Path):
