@@ -1,8 +1,7 @@
 """An FMU of `ldbench fmu` by FMPy: CVODE on its derivatives and event indicators, or its own integrator in co-simulation.
 
 usage: python fmpy_client.py wheelset.fmu
-Prints the times at which the wheelset passes the centre [s], by both. FMPy's CVODE takes steps of up to a fiftieth of the run, and
-ends where such a step leaves the contact table.
+Prints the times at which the wheelset passes the centre [s], by both.
 """
 import sys
 

@@ -43,6 +43,7 @@ static const char *const parameters[] = {"mass", "roll_inertia", "pitch_inertia"
                                          "Y", "Z", "roll", "vY", "vZ", "roll_rate"};
 enum { N_PARAMETERS = 12, N_MOTION = 6 /* parameters before the initial ones */, SIZE = 1024, INDICATORS = 4 };
 static const double TOUCH = 1.0;        /* normal force at which an indicator changes its sign [N] */
+static const double FAR_OFF = 1e15;     /* acceleration outside the table [m/s2, rad/s2] */
 
 typedef struct {
   char name[SIZE];
@@ -391,19 +392,24 @@ EXPORT fmi2Status fmi2GetNominalsOfContinuousStates(void *c, double x[], size_t 
   return fmi2OK;
 }
 
+/* Not every importer lets its integrator try a shorter step after fmi2Discard. Accelerations that no step can follow do so in all
+ * of them: where a trial pose is outside the table the step fails, and where the motion itself goes there the integrator says so. */
 EXPORT fmi2Status fmi2GetDerivatives(void *c, double rates[], size_t n) {
   unsigned k;
   fmi2Status status = fmi2OK;
-  for (k = 0; k < n && status == fmi2OK; k++) status = number(c, DERIVATIVES + k, &rates[k]);
-  return status;
+  for (k = 0; k < n && status != fmi2Error; k++) {
+    status = number(c, DERIVATIVES + k, &rates[k]);
+    if (status == fmi2Discard) rates[k] = FAR_OFF;
+  }
+  return status == fmi2Discard ? fmi2OK : status;
 }
 
 EXPORT fmi2Status fmi2GetEventIndicators(void *c, double indicators[], size_t n) {
   model_t *m = c;
   size_t k;
   fmi2Status status = evaluate(m);
-  for (k = 0; k < n && k < INDICATORS && status == fmi2OK; k++) indicators[k] = m->contact[k].normal_force - TOUCH;
-  return status;
+  for (k = 0; k < n && k < INDICATORS && status != fmi2Error; k++) indicators[k] = m->contact[k].normal_force - TOUCH;
+  return status == fmi2Discard ? fmi2OK : status;
 }
 
 /* Co-simulation. */
