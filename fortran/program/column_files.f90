@@ -84,7 +84,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(width*size(units)) :: line
 
-    this%settings = settings_of(about)
+    call find_settings(about, this%settings)
     call this%file%begin(file)
     call this%check('cannot be written', error)
     if (allocated(error)) return
@@ -124,21 +124,22 @@ contains
     class(column_file), intent(inout) :: this
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: head = 2**16         ! has the comments before the rows [bytes]
-    character(:), allocatable :: earlier
+    character(:), allocatable :: earlier, settings
     logical :: opened, ok
 
     call read_file(this%file%name, earlier, opened, ok, enough=head)
     if (.not. opened .or. len(earlier) == 0) return
-    if (settings_of(earlier) == this%settings) return
+    call find_settings(earlier, settings)
+    if (settings == this%settings) return
     call set_aside(this%file%place, this%kept, this%file%ok)
     call this%check('holds another case, and cannot be renamed', error)
   end subroutine keep_other_case
 
-  !> The lines that tell a case from others: profiles and groups of the namelist, but not its name, its outputs and what follows
+  !> Give the lines that tell a case from others: profiles and groups of the namelist, but not its name, its outputs and what follows
   !> from the settings. The text is the comments of a column file, or the file's head.
-  pure function settings_of(text) result(settings)
+  pure subroutine find_settings(text, settings)
     character(*), intent(in) :: text
-    character(:), allocatable :: settings
+    character(:), allocatable, intent(out) :: settings
     character(*), parameter :: mark = '# '
     character(:), allocatable :: line
     logical :: told
@@ -161,7 +162,7 @@ contains
       end select
       if (told .or. index(line, ' profile: ') > 0) settings = settings//trim(line)//newline
     end do
-  end function settings_of
+  end subroutine find_settings
 
   !> Give a complete file its name.
   subroutine publish(this, error)

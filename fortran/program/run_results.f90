@@ -12,7 +12,7 @@ module run_results
   use run_setup, only: roll_rate_on_rails, setup_type
   use table_results, only: list_accuracy, list_tables, list_work
   use text, only: joined, shortest, str
-  use upright_rails, only: upright_warning
+  use upright_rails, only: warn_of_upright
   use wheelset, only: contact_name, flanges
   implicit none
   private
@@ -108,7 +108,7 @@ contains
     character(:), allocatable :: words
     integer :: k
 
-    words = upright_warning(setup)
+    call warn_of_upright(setup, words)
     if (words /= '') call items%warn(words)
     associate (left => setup%side(1)%clearance, right => setup%side(2)%clearance)
       call items%add('clearance_left', [left], 'm', 'rigid-axle clearance [mm]: left #', 'f0.3', milli)

@@ -9,7 +9,7 @@ module run_tables
   use kinds, only: dp
   use places, only: kept_folder
   use run_setup, only: setup_type
-  use table_file, only: load_values, save_values, table_path
+  use table_file, only: find_table_path, load_values, save_values
   use table_layout, only: lay_out
   use text, only: shortest, str
   implicit none
@@ -36,14 +36,18 @@ contains
     type(setup_type), intent(in) :: setup
     integer, intent(in) :: side            !! 1 left, 2 right
     type(table_type), intent(inout) :: table
-    character(:), allocatable :: folder
+    character(:), allocatable :: key, folder, path
     logical :: found
 
-    call lay_out(law_of(c, setup%side(side)), table_key(c, setup, side), table)
+    call write_key(c, setup, side, key)
+    call lay_out(law_of(c, setup%side(side)), key, table)
     if (c%table_folder == '') return
-    call load_values(table_path(trim(c%table_folder), table), table, found)
+    call find_table_path(trim(c%table_folder), table, path)
+    call load_values(path, table, found)
     call kept_folder(trim(c%table_folder), folder)
-    if (folder /= '' .and. folder /= c%table_folder) call load_values(table_path(folder, table), table, found)
+    if (folder == '' .or. folder == c%table_folder) return
+    call find_table_path(folder, table, path)
+    call load_values(path, table, found)
   end subroutine open_table
 
   !> Write what the tables have learnt to the folder, or to the cache. A file that cannot be written is no error, for it only saves
@@ -64,8 +68,10 @@ contains
 
     subroutine keep_table(table)
       type(table_type), intent(inout) :: table
+      character(:), allocatable :: path
 
-      if (table%solutions(1) > table%kept) call save_values(table_path(folder, table), table, warning)
+      call find_table_path(folder, table, path)
+      if (table%solutions(1) > table%kept) call save_values(path, table, warning)
       if (allocated(warning)) call place_error(warning, group='table', variable='folder')
     end subroutine keep_table
 
@@ -91,12 +97,12 @@ contains
     end associate
   end subroutine free_tables
 
-  !> All that the table of a side depends on beside the program, in words.
-  function table_key(c, setup, side) result(key)
+  !> Write all that the table of a side depends on beside the program, in words.
+  subroutine write_key(c, setup, side, key)
     type(case_type), intent(in) :: c
     type(setup_type), intent(in) :: setup
     integer, intent(in) :: side            !! 1 left, 2 right
-    character(:), allocatable :: key
+    character(:), allocatable, intent(out) :: key
     real(dp) :: inclination(2)
 
     key = 'model '//trim(c%model)//' profiles '//setup%wheel(side)%checksum//' '//setup%rail(side)%checksum// &
@@ -107,6 +113,6 @@ contains
       ' '//str(c%extent%depth)//' accuracy '//str(c%accuracy)
     inclination = inclinations(c)
     if (abs(inclination(side)) > 0) key = key//' inclination '//trim(shortest(inclination(side)))
-  end function table_key
+  end subroutine write_key
 
 end module run_tables

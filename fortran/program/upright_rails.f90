@@ -6,14 +6,14 @@ module upright_rails
   use wheel_rail_pair, only: pair_type
   implicit none
   private
-  public :: upright_warning
+  public :: warn_of_upright
 
 contains
 
-  !> A warning about the rails of a case that stand upright although nothing was said of their inclination; '' where none does.
-  pure function upright_warning(setup) result(words)
+  !> Give a warning about the rails of a case that stand upright although nothing was said of their inclination; '' where none does.
+  pure subroutine warn_of_upright(setup, words)
     type(setup_type), intent(in) :: setup
-    character(:), allocatable :: words
+    character(:), allocatable, intent(out) :: words
     real(dp), parameter :: least_cone = 0.01_dp
     real(dp) :: cone
     logical :: upright(2)
@@ -31,7 +31,7 @@ contains
     if (all(upright) .and. setup%rail(2)%file /= words) words = words//' and '//setup%rail(2)%file
     words = 'the head of '//words//' is symmetric and stands upright under a wheel coned 1:'//str(nint(1/cone))// &
       '; design rails are published upright: where the track inclines them, give &track rail_inclination, such as 1:40'
-  end function upright_warning
+  end subroutine warn_of_upright
 
   !> Whether the midpoints of a head's chords lie above each other.
   pure logical function stands_upright(pair)

@@ -14,7 +14,7 @@ module table_file
   use text, only: lower
   implicit none
   private
-  public :: save_values, load_values, table_path
+  public :: save_values, load_values, find_table_path
 
   ! `table_sources` is the checksum of the sources that make tables: what another version of the program has solved is not used.
   character(*), parameter :: magic = 'ldbench contact table '//table_sources
@@ -29,17 +29,17 @@ module table_file
 
 contains
 
-  !> The path of a table in a folder. The name tells the law, and the key by its checksum, so that tables of different keys have
+  !> Give the path of a table in a folder. The name tells the law, and the key by its checksum, so that tables of different keys have
   !> different files. Versions of the program replace each other's.
-  function table_path(folder, table) result(path)
+  subroutine find_table_path(folder, table, path)
     character(*), intent(in) :: folder
     type(table_type), intent(in) :: table
-    character(:), allocatable :: path
+    character(:), allocatable, intent(out) :: path
     character(16) :: number
 
     write (number, '(z16.16)') checksum(words_of(table%key))
     path = folder(:verify(folder, '/\', back=.true.))//'/'//trim(table%law%model)//'_'//lower(number)//'.table'
-  end function table_path
+  end subroutine find_table_path
 
   !> Write the values of a table to its file, together with those that other runs have added to the file, complete or not at all.
   !> The folder is made if it is missing. A file that cannot be written is an error.

@@ -28,7 +28,7 @@ module flat
   use run_setup, only: setup_type
   use station_scan, only: new_scan, scan_type
   use text, only: line_type, read_lines, split_lines
-  use upright_rails, only: upright_warning
+  use upright_rails, only: warn_of_upright
   use wheel_rail_pair, only: mirror
   use wheelset, only: contact_state, contacts
   implicit none
@@ -626,9 +626,11 @@ contains
     character(8192), intent(out) :: listing
     integer, intent(out) :: length
     type(prepared_type), pointer :: p
+    character(:), allocatable :: words
 
     p => prepared_at(handle)
-    call give(upright_warning(p%setup), listing, length)
+    call warn_of_upright(p%setup, words)
+    call give(words, listing, length)
   end subroutine placement_warnings
 
   !> Find out before the work, not after it, that a column file cannot be written.
