@@ -5,7 +5,7 @@
     python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
     python docs/measure.py bodies       runs exercises 1 to 4 with the shipped bodies of wheel and rail; a minute
     python docs/measure.py times        solves what exercise 5 needs, runs the ten cases: processor times
-    python docs/measure.py disk         what ./bootstrap and make have left on the disk
+    python docs/measure.py setup        minutes and disk of ./bootstrap, make, make test and make report, in a clone of its own
     python docs/measure.py              does all of these
 
 A result is stored under a name that ends with the unit of its value. On a page a number is followed by a comment with the
@@ -20,8 +20,11 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -46,10 +49,13 @@ PLACES = "tread", "flange", "both", "going over"
 CASES = [f"ex{exercise}_{pair}" for exercise in (1, 2, 3, 4, 5) for pair in PAIRS]
 ACCURACIES = 1e-3, 2e-3, 3e-3, 4e-3, 8e-3       # of contact tables, whose effect on results is measured
 DIGITS = 6                                      # of the stored values
+SETUP = "./bootstrap", "make", "make test", "make report"       # one after the other
+LOOK = 5.0                                      # between looks at the disk [s]
 
 Values = dict[str, float]
 COMMANDS = {"report": "make report", "validate": "make validate", "variants": "python docs/measure.py variants",
-            "bodies": "python docs/measure.py bodies", "times": "python docs/measure.py times", "disk": "./bootstrap, make"}
+            "bodies": "python docs/measure.py bodies", "times": "python docs/measure.py times",
+            "setup": "python docs/measure.py setup"}
 
 
 def megabytes(files: Iterable[Path]) -> float:
@@ -292,19 +298,39 @@ def of_times() -> Values:
     return {"time.table [s]": once.seconds - again.seconds, "time.runs [s]": seconds}
 
 
-def of_disk() -> Values:
-    """What the virtual environment and the build take."""
-    def inside(folder: str, but: str = "") -> float:
-        return megabytes(file for file in (ROOT/folder).rglob("*") if file.is_file() and not file.is_symlink()
-                         and not (but and file.is_relative_to(ROOT/but)))
+def of_setup() -> Values:
+    """Minutes that each command of the README takes in a clone, what it leaves there, and what it has at most while it runs [MB].
 
-    return {"size.venv [MB]": inside(".venv"),
-            "size.build [MB]": inside("build/release", "build/release/tests") + inside("build/wrapper")}
+    The times are those of a machine on which nothing else runs. `packages` of pip that are kept from before save their download.
+    """
+    def size(folder: Path) -> float:
+        # Files come and go meanwhile, of which du complains.
+        found = subprocess.run(["du", "--summarize", "--block-size=1", folder], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        return int(found.stdout.split()[0])/1e6
+
+    values: Values = {"setup.cores": os.cpu_count() or 0}
+    with tempfile.TemporaryDirectory() as name:
+        clone, temporary = Path(name)/"clone", Path(name)/"temporary"
+        temporary.mkdir()
+        subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
+        for command in SETUP:
+            before, began = size(clone), time.monotonic()
+            largest = 0.0
+            with subprocess.Popen(command.split(), cwd=clone, env={**os.environ, "TMPDIR": str(temporary)},
+                                  stdout=subprocess.DEVNULL) as running:
+                while running.poll() is None:
+                    time.sleep(LOOK)
+                    largest = max(largest, size(clone) + size(temporary) - before)
+            if running.returncode:
+                raise SystemExit(f"docs: {command}: expected status 0, found {running.returncode}")
+            values |= {f"setup.{command}.time [min]": (time.monotonic() - began)/60,
+                       f"setup.{command}.left [MB]": size(clone) - before, f"setup.{command}.largest [MB]": largest}
+    return values
 
 
 GROUPS: dict[str, Callable[[], Values]] = {
     "report": of_report, "validate": of_validation, "variants": of_variants, "bodies": of_bodies, "times": of_times,
-    "disk": of_disk}
+    "setup": of_setup}
 
 
 # The file ---------------------------------------------------------------------------------

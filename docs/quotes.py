@@ -259,6 +259,9 @@ def formulation_table() -> str:
          f"cannot overturn: from {pulls} on its right rail pulls the wheel down")))
 
 
+COSTS = {"./bootstrap": ", with all that reports, tests and documents import", "make": "", "make test": "", "make report": ""}
+
+
 def need_table() -> str:
     """Time and disk space."""
     v = measured()
@@ -266,9 +269,11 @@ def need_table() -> str:
         ("system", "Linux; the executable alone on Windows. Otherwise a container or WSL"),
         ("what exercise 5 solves for its contact table, which is kept", f"{v['time.table [s]']:.1f} s of processor time"),
         ("the ten runs besides", f"{v['time.runs [s]']:.0f} s of processor time"),
-        ("`./bootstrap`, with all that reports, tests and documents import", f"{v['size.venv [MB]']:.0f} MB in `.venv`"),
-        ("`make`, without the programs of the tests", f"{v['size.build [MB]']:.0f} MB in `build`"),
-        ("a report", f"{v['size.report [MB]']:.0f} MB, of which {v['size.ex5 [MB]']:.0f} MB are column files of exercise 5"),
+        *((f"`{command}`{words}", f"{v[f'setup.{command}.time [min]']:.0f} min on {v['setup.cores']:.0f} cores, "
+           f"{v[f'setup.{command}.left [MB]']:.0f} MB; {v[f'setup.{command}.largest [MB]']:.0f} MB while it runs")
+          for command, words in COSTS.items()),
+        ("what a report has at its end", f"{v['size.report [MB]']:.0f} MB, of which {v['size.ex5 [MB]']:.0f} MB are column files "
+         "of exercise 5"),
         ("a page of `ex5_aw`", f"{v['page.ex5_aw [MB]']:.1f} MB; its column file has {v['size.ex5_aw [MB]']:.0f} MB")))
 
 

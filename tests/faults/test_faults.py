@@ -80,10 +80,10 @@ def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
         (tmp_path/"case.nml").write_text(short_case(tmp_path, table={"folder": tmp_path},
                                                     integrator={"dt": 1e-4, "t_end": t_end, "stop_at": "t_end"},
                                                     initial={"vY": 0.1, "roll_rate": 0.00333}))
-        child = subprocess.Popen([LDBENCH, tmp_path/"case.nml"], stdout=subprocess.PIPE, text=True)
-        said = child.stdout.read()
-        _, status, used = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
+        with subprocess.Popen([LDBENCH, tmp_path/"case.nml"], stdout=subprocess.PIPE, text=True) as child:
+            said = child.stdout.read()
+            _, status, used = os.wait4(child.pid, 0)
+            child.returncode = os.waitstatus_to_exitcode(status)
         assert child.returncode == 0 and f"{round(t_end/1e-4) + 1} rows\n" in said
         peaks.append(used.ru_maxrss/1e3)
     assert peaks[1] < peaks[0] + 4
@@ -285,3 +285,4 @@ def test_closed_and_full_streams(case, monkeypatch):
     monkeypatch.setattr("ldbench.plots.document.case_figures", lambda *given: itertools.islice(case_figures(*given), 1))
     monkeypatch.setattr(sys, "stderr", None)
     assert main(["plot", str(odd), "-o", str(case/"odd.pdf")]) == 0 and (case/"odd.pdf").stat().st_size > 1000
+    sys.stderr.close()

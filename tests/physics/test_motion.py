@@ -173,7 +173,7 @@ def test_tolerance_bounds_the_drift(actual: ContactTable):
 
 def test_below_rounding_nothing_is_cut(actual: ContactTable):
     """A tolerance that rounding of the pose exceeds is none: the wheelset on its treads makes whole steps."""
-    calm = {"vY": 0.01, "roll_rate": 0.0, "t_end": 0.02, "stop_at": "t_end", "energy_tolerance": 1e-16, "dt": 2e-5}
+    calm = {"vY": 0.01, "roll_link": "rails", "t_end": 0.02, "stop_at": "t_end", "energy_tolerance": 1e-16, "dt": 2e-5}
     run = ldbench.run(Case.exercise(2, "aw").replace(**calm), table=actual)
     assert run.results["drift"] < 1e-8
     assert run.results["steps"] <= 1100

@@ -216,7 +216,8 @@ def test_cases_of_other_keys_share_a_folder(tmp_path: Path):
 
 def test_runs_at_the_same_time_both_add(tmp_path: Path):
     """A run that ends keeps what another has kept since it began; one run after the other leaves the same bytes."""
-    case = Case.exercise(3).replace(model="strip", t_end=0.03, stop_at="t_end", table_folder=tmp_path/"at once", vY=0.7)
+    case = Case.exercise(3).replace(model="strip", t_end=0.03, stop_at="t_end", table_folder=tmp_path/"at once", vY=0.7,
+                                    roll_link="rails")
     other = case.replace(vY=-0.9, output_file=tmp_path/"columns.txt")
     table = ContactTable(case)
     for name in "at once", "in turn":

@@ -173,11 +173,12 @@ def refused(words: list[str], status: int, capsys: pytest.CaptureFixture[str]) -
 @pytest.mark.parametrize("words", [["variables"], ["run", "--help"]], ids=" ".join)
 def test_a_closed_pipe_is_no_error(words: list[str]):
     """Status 141, as a program has that SIGPIPE ends, and silence."""
-    process = subprocess.Popen([sys.executable, "-m", "ldbench", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert process.stdout and process.stderr
-    process.stdout.close()
-    said = process.stderr.read()
-    assert (process.wait(HANG), said) == (141, b"")
+    command = [sys.executable, "-m", "ldbench", *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout and process.stderr
+        process.stdout.close()
+        said = process.stderr.read()
+        assert (process.wait(HANG), said) == (141, b"")
 
 
 def test_run_takes_several_namelists(place: Path, capsys: pytest.CaptureFixture[str]):

@@ -211,6 +211,22 @@ def test_installed_cases_run_for_a_user_without_rights(case: str, prefix: Instal
     assert [path.suffix for path in (folder/"outputs").rglob("*")] == ["", ".table"] and not (prefix.home/".cache").exists()
 
 
+@pytest.mark.slow
+@pytest.mark.same_build
+def test_installed_commands_for_a_user_without_rights(prefix: Installed):
+    """The report of the ten cases, the page of two of them and an ensemble are made in the user's folder."""
+    folder = prefix.new_folder("my round")
+    for command, made in (
+            (["report"], ["ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"]),
+            (["view", "outputs/ex1_aw.txt", "outputs/ex2_aw.txt", "-o", "page.html"], ["../page.html"]),
+            (["ensemble", "inputs/ex2_aw.nml", "--set", "roll_link=rails", "--over", "vY=0.4,0.5", "-o", "sweep.zarr", "--picture",
+              "sweep.pdf"], ["../sweep.zarr", "../sweep.pdf"])):
+        done = prefix.run("python", "-m", "ldbench", *command, cwd=folder)
+        assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+        assert all((folder/"outputs"/name).exists() for name in made)
+    assert sorted(path.stem for path in (folder/"outputs").glob("ex*.txt")) == sorted(CASES)
+
+
 @pytest.mark.same_build
 def test_shipped_names_serve_anywhere(prefix: Installed):
     """An installed input and an installed profile have short names in any folder, also where a link leads to the executable."""
@@ -272,6 +288,13 @@ def test_a_read_only_folder_is_not_written(prefix: Installed):
     done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", "--set", "model=hertz", "--set", "t_end=1e-3", "-o",
                       folder/"made.txt", cwd=share, home=Path("/none"))
     assert re.fullmatch(UNKEPT, done.stderr) and (folder/"made.txt").is_file()
+    made = "import sys, ldbench; wheel = ldbench.Profile('profiles/awprof.yz', smoothing=0.01); " \
+           "print(ldbench.run(ldbench.Case(model='hertz', t_end=1e-3, wheel_profile=wheel, table_folder='')).case.wheel_profile)"
+    done = prefix.run("python", "-c", made, cwd=share, home=folder)
+    assert re.fullmatch(rf"{folder}/\.cache/ldbench/awprof-\w+\.yz\n", done.stdout), done.stderr
+    done = prefix.run("python", "-c", made, cwd=share, home=Path("/none"))
+    assert done.stderr.endswith(
+        "Error: outputs/profiles: cannot be made: Permission denied; go to a folder where you may write, or name another one\n")
     done = prefix.run("python", "-m", "ldbench", "bodies", "inputs/ex2_aw.nml", cwd=share, home=folder)
     assert done.returncode == 1 and done.stderr == (
         "ldbench: error: outputs: cannot be made: Permission denied; go to a folder where you may write, or name another one\n")

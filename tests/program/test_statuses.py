@@ -99,7 +99,7 @@ def test_a_file_that_is_replaced_keeps_its_mode(folder: Path, undrawn: None):
 
 
 def test_ensemble_tells_the_first_peak(folder: Path, capsys: pytest.CaptureFixture[str]):
-    case = ldbench.Case.from_namelist("case.nml").replace(t_end=0.02)
+    case = ldbench.Case.from_namelist("case.nml").replace(t_end=0.02, roll_link="rails")
     case.to_namelist("longer.nml")
     assert main(["ensemble", "longer.nml", "--over", "vY=0.9,1.1"]) == 0
     found = {vY: ldbench.run(case.replace(vY=vY)).results["first_peak_N_LF"]*1e-3 for vY in (0.9, 1.1)}

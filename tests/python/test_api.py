@@ -134,6 +134,7 @@ def test_a_title_that_nobody_wrote_is_made_from_the_values():
             assert ldbench.Case.from_namelist(case.to_namelist()) == case
 
 
+@pytest.mark.filterwarnings("ignore:&initial roll_rate. expected about")
 def test_vY_can_set_the_roll_rate(table):
     """As rigid contacts do; so a slow wheelset does not start as if it were fast. The shipped cases keep the call's roll rate."""
     case = coarse(2, "aw", model="strip", vY=0.1, t_end=1e-3, stop_at="t_end")

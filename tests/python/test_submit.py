@@ -56,6 +56,22 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return here
 
 
+def test_a_template_is_written_once_and_says_nothing_until_it_is_filled_in(folder: Path, capsys: pytest.CaptureFixture[str]):
+    """Every key that is missing is in it with an example, which is not sent as it stands."""
+    (folder/"submission.toml").unlink()
+    assert main(["submit", "outputs", "--template"]) == 0
+    template = folder/"submission.toml"
+    assert main(["submit", "outputs"]) == 1
+    missing = {line.split(" = ")[0].split()[-1] for line in capsys.readouterr().out.splitlines() if "expected " in line}
+    words = template.read_text()
+    filled = "".join(line.removeprefix("# ") for line in words.splitlines(keepends=True)[1:])
+    assert missing == {line.split(" = ")[0] for line in filled.splitlines()}
+    template.write_text(filled + 'map = "columns.toml"\n')
+    assert main(["submit", "outputs"]) == 0
+    assert main(["submit", "outputs", "--template"]) == 1 and template.read_text() != words
+    assert "expected no such file, found one" in capsys.readouterr().err
+
+
 def contents(target: Path) -> dict[str, bytes]:
     if target.suffix == ".zip":
         with zipfile.ZipFile(target) as archive:

@@ -148,7 +148,8 @@ def test_file(ending: str, world: World, tmp_path: Path):
     if ending == "gif":
         from PIL import Image, ImageSequence
 
-        frames = [np.array(frame.convert("RGB")) for frame in ImageSequence.Iterator(Image.open(target))]
+        with Image.open(target) as pictures:
+            frames = [np.array(frame.convert("RGB")) for frame in ImageSequence.Iterator(pictures)]
     else:
         import imageio_ffmpeg
 

@@ -100,7 +100,8 @@ def test_profiles_and_pair_have_a_page_each(told: Told, tmp_path: Path):
     pages = PdfReader(told.folder/"page.pdf").pages
     assert len(pages) == 2 and "conicity" in pages[1].extract_text()
     save_sheets([Figure((3, 2)), Figure((3, 2))], tmp_path/"page.png")
-    width, height = Image.open(tmp_path/"page.png").size
+    with Image.open(tmp_path/"page.png") as picture:
+        width, height = picture.size
     assert height/width == pytest.approx(4/3)
 
 

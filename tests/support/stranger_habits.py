@@ -294,6 +294,7 @@ PLANTED = {
     # Energies.
     "elastic_energies_left_out": fault("energy", "all_cells_quoted", order=[*CALL, *ENERGY[:-2]]),
     "elastic_energies_zero": fault("energy", "italian", times(0.0, *ENERGY[-2:])),
+    "elastic_energies_zero_in_the_ramp": fault("elastic energy", "italian", times(0.0, *ENERGY[-2:]), cases=["ex5_aw"]),
     "total_energy_without_the_elastic": fault("energy", "closing_words", order=CALL, extra=energies_without_the_elastic),
     "energies_in_kJ_below_J": fault("energy", "last_line_END", times(1e-3, *ENERGY)),
     "roll_energy_of_the_pitch_inertia": fault("energy", "matrix_of_matlab", times(168/656, "KE_roll")),

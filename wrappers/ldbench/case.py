@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn
 import numpy as np
 
 from ._core import flat
-from ._core.calls import check, path_bytes, text, text_bytes
+from ._core.calls import check, kept_folder, path_bytes, text, text_bytes
 from ._core.errors import BadType, BadValue, Error, MissingFile, UnknownName, unknown
 from ._core.files import complete
 from ._core.wording import html_table
@@ -297,8 +297,7 @@ class Case(Variables):
     @property
     def kept_folder(self) -> str:
         """The folder that keeps contact tables: `table_folder`, or the user's cache where that may not be written; '' for none."""
-        path, size = flat.kept_folder(path_bytes(self.table_folder))
-        return os.fsdecode(bytes(path)[:size])
+        return kept_folder(self.table_folder)
 
     def profile_files(self) -> dict[str, str]:
         """Paths of the profiles by variable, those of the right side where they are named."""

@@ -5,7 +5,6 @@ import functools
 import logging
 import os
 import shutil
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from ._core import flat
 from ._core.calls import Handle, Progress, Shared, check, descriptions, path_bytes, text, watched
-from ._core.errors import Error, Warning
+from ._core.errors import Error, warn
 from ._core.files import DEFAULT_FOLDER, check_written, complete
 from ._core.wording import counted, html_table
 from .case import Case, variables
@@ -203,7 +202,7 @@ def run(case: Case | str | os.PathLike[str], progress: Progress | bool | None = 
     if case.output_file:
         log.info("not written: %s, which the case names; write() of the run writes it", case.output_file)
     for words in filter(None, (*done.warnings, done.unkept)):
-        warnings.warn(words, Warning, stacklevel=2)
+        warn(words)
     return done
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ldbench import Case
-from ldbench.constants import GRAVITY
+from ldbench.constants import CONTACTS, GRAVITY
 from ldbench.results.derived import KINETIC_PARTS
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData
@@ -21,6 +21,8 @@ ENERGY_PARTS = {KINETIC: tuple(KINETIC_PARTS), POTENTIAL: ("PE_grav", "PE_load",
 ENERGIES = (*ENERGY_PARTS, *(part for parts in ENERGY_PARTS.values() for part in parts))
 SUMS = {KINETIC: "kinetic energy", POTENTIAL: "potential energy"}
 WRONG = 0.02, 0.1       # of the largest change of an energy: doubtful, wrong
+UNTOLD = 0.1, 0.3       # of the change of kinetic energy in a contact: doubtful, wrong
+LONG, MANY = 6, 10      # rows of a contact and number of contacts that tell what contacts store, at least
 AT_REST = 20.0          # elastic energy of the contacts at rest, at most [J]; zero may be there or where they are open
 
 KINDS = {"kinetic": r"kinet\w*|cinetique|[et]?kin|ke|ec|ek", "potential": r"potent\w*|[eu]?pot|pe|ep",
@@ -100,20 +102,45 @@ def side_findings(run: RunData) -> Iterator[Finding]:
                      f"it changes by {error[row]*size:.4g} J while no contact of this wheel presses; are the wheels exchanged?")
 
 
-def total_finding(run: RunData, case: Case) -> Iterator[Finding]:
+def total_findings(run: RunData, case: Case) -> Iterator[Finding]:
     """Whether kinetic and potential energy add up to a sum that does not dip and come back: contacts that give store energy in an
     impact, which the potential energy has to tell. A sum that falls for good is that of a code that loses energy."""
     parts = [told(run, whole) for whole in (KINETIC, POTENTIAL)]
     if parts[0] is None or parts[1] is None or "vY" not in run.data:
         return
+    yield from stored_finding(run, parts[0], parts[0] + parts[1] - lateral_work(run, case))
     work = lateral_work(run, case)
     energy = np.nan_to_num(parts[0] + parts[1] - work)
     dip = np.minimum(np.maximum.accumulate(energy), np.maximum.accumulate(energy[::-1])[::-1]) - energy
     size = max(float(np.ptp(parts[0])), float(np.ptp(work)), 1e-300)
     row = int(dip.argmax())
-    stored = [run.values(part) for part in ENERGY_PARTS[POTENTIAL][2:] if part in run.data]
-    why = ("the elastic energy of the contacts is missing" if not stored else
-           "the elastic energy of the contacts is zero" if not any(np.any(np.nan_to_num(x) != 0) for x in stored) else
-           "the elastic energy of the contacts is another one")
     yield judged("total energy does not dip in an impact", float(dip[row]/size), *WRONG, row + 1,
-                 f"the sum of kinetic and potential energy dips by {dip[row]:.4g} J and comes back: {why}")
+                 f"the sum of kinetic and potential energy dips by {dip[row]:.4g} J and comes back: {what_is_stored(run)}")
+
+
+def stored_finding(run: RunData, kinetic: np.ndarray, energy: np.ndarray) -> Iterator[Finding]:
+    """Whether many contacts take no energy that a file does not tell. What the work of the lateral force lacks between rows goes
+    one way through a contact; what a contact stores comes back, so a straight line from its begin to its end leaves it."""
+    dips, places = [], []
+    for one in (one for contact in CONTACTS for one in run.intervals(contact, rigid=False) or [] if one.whole):
+        rows = slice(one.rows.start - 1, one.rows.stop + 1)
+        if one.rows.stop - one.rows.start >= LONG and (size := np.ptp(kinetic[rows])):
+            t, x = run.time[rows], energy[rows]
+            line = np.interp(run.time[one.top], t[[0, -1]], x[[0, -1]])
+            dips.append(float(line - energy[one.top])/size)
+            places.append(one.top)
+    if len(dips) >= MANY:
+        dip = float(np.median(dips))
+        row = places[int(np.argmin(np.abs(np.asarray(dips) - dip)))]
+        yield judged("contacts give back what they have stored", abs(dip), *UNTOLD, row + 1,
+                     f"at the largest forces {100*dip:.3g} % of the change of kinetic energy are untold, the median of {len(dips)} "
+                     f"contacts: {what_is_stored(run)}")
+
+
+def what_is_stored(run: RunData) -> str:
+    """What may be wrong with the elastic energy of a file, in words."""
+    stored = [run.values(part) for part in ENERGY_PARTS[POTENTIAL][2:] if part in run.data]
+    if not stored:
+        return "the elastic energy of the contacts is missing"
+    told = any(np.any(np.nan_to_num(x) != 0) for x in stored)
+    return f"the elastic energy of the contacts is {'another one' if told else 'zero'}"

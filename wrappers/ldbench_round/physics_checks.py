@@ -13,7 +13,7 @@ from ldbench.results.run_data import RunData
 
 from .blows import LEAST_FORCE
 from .drift_checks import TIME_ERROR, by_times, drift_findings
-from .energies import energy_findings, side_findings, total_finding
+from .energies import energy_findings, side_findings, total_findings
 from .findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding, judged
 from .jumps import SHORT, jump_intervals, jumps, leaps, typical_interval
 from .row_checks import OF_MOMENT, has, inertia_findings, lateral_force, lateral_work, place_findings, roll_moment, total, weight_of
@@ -76,7 +76,7 @@ def law_findings(run: RunData, case: Case, task: Task) -> Iterator[Finding]:
     yield energy_finding(run, case, rigid)
     yield from energy_findings(run, case)
     if not rigid:
-        yield from total_finding(run, case)
+        yield from total_findings(run, case)
         yield from side_findings(run)
     yield Finding(IN_IMPACT, UNKNOWN, hint=f"{IMPULSES}, which take no time") if rigid else \
         row_finding(run, *((FEW_ROWS, TOO_FEW_ROWS) if task.exercise < 5 else (RAMP_ROWS, RAMP_ROWS)))

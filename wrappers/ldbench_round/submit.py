@@ -57,6 +57,17 @@ class Parcel:
     missing: tuple[str, ...] = ()                               # a line each: what is missing or refused
 
 
+def write_template(folder: Path) -> Path:
+    """Write `submission.toml` with all keys that are needed, each a comment that is to be filled in; Error where it is there."""
+    target = folder/DESCRIPTION
+    if target.exists():
+        raise Error(file=target, expected="no such file", found="one", advice="it is not replaced")
+    with complete(target) as scratch:
+        scratch.write_text("# What a participant tells of the code. Take the # away and fill in what is yours.\n"
+                           + "".join(f"# {key} = {example}\n" for key, example in REQUIRED.items()))
+    return target
+
+
 def gather(folder: Path) -> Parcel:
     """What a folder has of a submission, and what it lacks."""
     if not folder.is_dir():

@@ -67,6 +67,12 @@ def path_bytes(path: str | os.PathLike[str]) -> bytes:
     return text_bytes(os.fspath(path))
 
 
+def kept_folder(named: str) -> str:
+    """The folder for what saves time: the one named, or the user's cache where that may not be written; '' where neither may be."""
+    path, size = flat.kept_folder(path_bytes(named))
+    return os.fsdecode(bytes(path)[:size])
+
+
 def text_bytes(words: str) -> bytes:
     """Encode a text for the core; refuse a zero byte, which would end the text there."""
     if "\0" in words:

@@ -4,6 +4,8 @@ from __future__ import annotations
 import difflib
 import errno
 import os
+import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -108,7 +110,15 @@ def unknown(expected: str, name: str, known: Mapping[str, str] | Iterable[str], 
 
 
 class Warning(UserWarning):
-    """A profile or a contact table does not fulfil what the case asks for, and the run goes on."""
+    """What was found is doubtful, damaged or in use, and the work goes on."""
+
+
+def warn(words: str) -> None:
+    """Issue a Warning, as of the line outside this package that led here."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back and frame.f_globals["__name__"].partition(".")[0] in (__name__.partition(".")[0], "contextlib"):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(words, Warning, stacklevel=level)
 
 
 class Usage(Error):

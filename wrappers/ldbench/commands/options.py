@@ -7,6 +7,7 @@ import logging
 import os
 import re
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.errors import Error, UnknownName, Usage
+from .._core.errors import Error, UnknownName, Usage, Warning
 from .._core.files import DEFAULT_FOLDER
 from .._core.pools import usable_cores
 from ..case import Value, find_variable, shortest_name, variables
@@ -106,7 +107,7 @@ def add_loudness(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def spoken(args: argparse.Namespace) -> Iterator[None]:
-    """Print and log as much as -q and -v ask for."""
+    """Print and log as much as -q and -v ask for; a `ldbench.Warning` is a line like any other."""
     handler = logging.StreamHandler()
     handler.setFormatter(Levels())
     level = LOG.level
@@ -114,6 +115,7 @@ def spoken(args: argparse.Namespace) -> Iterator[None]:
     LOG.setLevel(logging.ERROR if args.quiet else logging.INFO if args.verbose else logging.WARNING)
     try:
         with ExitStack() as stack:
+            stack.enter_context(logged_warnings())
             if args.quiet:
                 # Bars of progress are drawn on terminals alone.
                 plain: Any = SimpleNamespace(write=sys.stderr.write, flush=sys.stderr.flush, isatty=lambda: False)
@@ -124,6 +126,23 @@ def spoken(args: argparse.Namespace) -> Iterator[None]:
     finally:
         LOG.removeHandler(handler)
         LOG.setLevel(level)
+
+
+@contextmanager
+def logged_warnings() -> Iterator[None]:
+    """Log every `ldbench.Warning`; those of other packages appear as they would without us."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", Warning)
+        show = warnings.showwarning
+
+        def log(message: Any, category: type, *place: Any, **printed: Any) -> None:
+            if issubclass(category, Warning):
+                LOG.warning("%s", message)
+            else:
+                show(message, category, *place, **printed)
+
+        warnings.showwarning = log      # type: ignore[assignment]
+        yield
 
 
 def tell_next(args: argparse.Namespace, as_called: Callable[[str], str]) -> None:

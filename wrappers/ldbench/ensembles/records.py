@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._core.calls import version
-from .._core.errors import Error
-from .._core.files import LOG, digest, failing_as
+from .._core.errors import Error, warn
+from .._core.files import digest, failing_as
 from .._core.kept import kept_in
 from .._core.wording import counted
 from .members import Coordinates, Record
@@ -119,7 +119,7 @@ class Records:
         raise Damaged(key)
 
     def missing(self, keys: Sequence[str]) -> list[int]:
-        """Numbers of the members that have no record; those with a damaged one are told."""
+        """Numbers of the members that have no record; those with a damaged one are a Warning."""
         found, damaged = [], 0
         for number, key in enumerate(keys):
             try:
@@ -129,8 +129,8 @@ class Records:
                 damaged += 1
             found.append(number)
         if damaged:
-            LOG.warning("%s: %s damaged and %s computed again", self._file, counted(damaged, "result")
-                        + (" is" if damaged == 1 else " are"), "is" if damaged == 1 else "are")
+            verb = "is" if damaged == 1 else "are"
+            warn(f"{self._file}: {counted(damaged, 'result')} {verb} damaged and {verb} computed again")
         return found
 
     def add_sweep(self, keys: Sequence[str], about: Mapping[str, Any], dims: Mapping[str, int], coordinates: Coordinates) -> None:
@@ -244,7 +244,7 @@ def alone(store: Path, waits: bool) -> Iterator[None]:
             if not waits:
                 raise Error(file=store, expected="a store that nobody uses", found="an ensemble that writes it")
             if not told:
-                LOG.warning("%s: waiting for another process that writes it", store)
+                warn(f"{store}: waiting for another process that writes it")
                 told = True
             time.sleep(PAUSE)
         yield

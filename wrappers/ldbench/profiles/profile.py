@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from .._core import flat
-from .._core.calls import path_bytes
+from .._core.calls import kept_folder, path_bytes
 from .._core.errors import OWN_NAMES, Error
-from .._core.files import DEFAULT_FOLDER, complete
+from .._core.files import DEFAULT_FOLDER, complete, make_results_folder
 from ..case import find_file
 from ..constants import DEG, MM
 from ..number_text import slope_words
@@ -25,6 +25,7 @@ from .placing import place
 from .repair import check as check_curve, mend, turns_of
 from .smoothing import FAR, Smoothed, chord_lengths, smooth
 
+FOLDER = Path(DEFAULT_FOLDER, "profiles")       # of curves that a case takes from an object
 KINDS = "wheel", "rail"     # 1 and 2 in the core
 NEGLIGIBLE = 1e-4           # noise that needs no smoothing [mm]: it changes the mean curvature over a patch by less than a tread's
 SURE = 1.3                  # noise by cross-validation over that by neighbours, at most
@@ -251,12 +252,14 @@ class ProfileData:
             scratch.write_bytes(self.data)
 
     def __fspath__(self) -> str:
-        """A path that a case takes: the file itself, or one in outputs/profiles where points or options made another curve."""
+        """A path that a case takes: the file itself, or one in outputs/profiles where points or options made another curve. Where
+        that folder may not be written, the file is in the user's cache."""
         if self.path and self._default:
             return self.path
-        target = Path(DEFAULT_FOLDER, "profiles", f"{Path(self.path).stem or self.kind}-{self.checksum}.yz")
+        folder = Path(kept_folder(str(FOLDER)) or FOLDER)
+        target = folder/f"{Path(self.path).stem or self.kind}-{self.checksum}.yz"
         if not target.exists():
-            target.parent.mkdir(parents=True, exist_ok=True)
+            make_results_folder(folder)
             self.write(target)
         return str(target)
 
