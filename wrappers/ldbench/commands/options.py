@@ -135,13 +135,13 @@ def logged_warnings() -> Iterator[None]:
         warnings.simplefilter("always", Warning)
         show = warnings.showwarning
 
-        def log(message: Any, category: type, *place: Any, **printed: Any) -> None:
+        def log(message: Any, category: Any, *place: Any, **printed: Any) -> None:
             if issubclass(category, Warning):
                 LOG.warning("%s", message)
             else:
                 show(message, category, *place, **printed)
 
-        warnings.showwarning = log      # type: ignore[assignment]
+        warnings.showwarning = log
         yield
 
 
