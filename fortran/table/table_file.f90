@@ -55,15 +55,19 @@ contains
 
     ! A copy, because other threads may read the table, and because summaries tell what a run found when it began.
     allocate (both, source=table)
-    call load_values(file, both, found)
+    call make_folder(file(:last_slash(file) - 1))
     allocate (s%word(0))
+    ! Threads add to a file in turn, or one of two at the same time would lose what it has solved. Two processes may still do so,
+    ! and then a later run solves it again.
+    !$omp critical (table_files)
+    call load_values(file, both, found)
     call pass_table(s, both)
     last = checksum(s%word(:s%n))
     call pass(s, last)
-    call make_folder(file(:last_slash(file) - 1))
     call out%begin(file)
     call out%put(transfer(s%word(:s%n), repeat(' ', 8*s%n)))
     call out%finish()
+    !$omp end critical (table_files)
     if (.not. out%ok) call fatal_error(error, 'cannot be written; later runs solve their contacts anew', file)
     if (out%ok) table%kept = table%solutions(1)
   end subroutine save_values

@@ -4,6 +4,7 @@ import random
 import re
 import subprocess
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -229,6 +230,16 @@ def test_runs_at_the_same_time_both_add(tmp_path: Path):
     after, = tables_in(tmp_path/"at once").values()
     assert len(after) > len(before)
     for one in case, other:
+        assert " 0 solutions, " in ldbench.run(one).text
+
+
+def test_threads_that_keep_one_file_lose_nothing(tmp_path: Path):
+    """Short runs that end at about the same time, each of which has solved for another velocity: later runs solve nothing."""
+    case = Case.exercise(3).replace(model="strip", t_end=0.012, stop_at="t_end", roll_link="rails", table_folder=tmp_path/"tables")
+    cases = [case.replace(vY=vY) for vY in np.linspace(0.5, 1.2, 16)]
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(ldbench.run, cases))
+    for one in cases:
         assert " 0 solutions, " in ldbench.run(one).text
 
 
