@@ -147,6 +147,8 @@ def check_table() -> str:
         ("cells without a number", "in accelerations", "in other motion, in forces of closed contacts"),
         ("times of few digits", "rows of equal times", "a fall by more than the last digit"),
         ("given energies, energy balance, dips of the total energy", *percent(*energies.WRONG)),
+        ("energy that contacts store and the file does not tell, over the change of kinetic energy in a contact",
+         *percent(*energies.UNTOLD)),
         ("rows in an impact of a flange", f"fewer than {physics_checks.FEW_ROWS}",
          f"fewer than {physics_checks.TOO_FEW_ROWS}; exercise 5: {physics_checks.RAMP_ROWS}"),
         ("rows of a rigid code about a jump: their distance", "", f"above {shown(jumps.SHORT, 'ms')}"))

@@ -5,7 +5,7 @@
     python docs/measure.py variants     runs other laws and accuracies, and writes a page; some minutes
     python docs/measure.py bodies       runs exercises 1 to 4 with the shipped bodies of wheel and rail; a minute
     python docs/measure.py times        solves what exercise 5 needs, runs the ten cases: processor times
-    python docs/measure.py setup        minutes and disk of ./bootstrap, make, make test and make report, in a clone of its own
+    python docs/measure.py setup        time and disk of ./bootstrap, make, make test and make report, in a clone of its own
     python docs/measure.py              does all of these
 
 A result is stored under a name that ends with the unit of its value. On a page a number is followed by a comment with the
@@ -21,6 +21,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -299,22 +300,24 @@ def of_times() -> Values:
 
 
 def of_setup() -> Values:
-    """Minutes that each command of the README takes in a clone, what it leaves there, and what it has at most while it runs [MB].
-
-    The times are those of a machine on which nothing else runs. `packages` of pip that are kept from before save their download.
-    """
+    """Processor time that each command of the README takes in a clone, what it leaves there, and what it has at most while it runs,
+    with the temporary folder. Packages that pip keeps from before save their download."""
     def size(folder: Path) -> float:
         # Files come and go meanwhile, of which du complains.
         found = subprocess.run(["du", "--summarize", "--block-size=1", folder], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         return int(found.stdout.split()[0])/1e6
 
-    values: Values = {"setup.cores": os.cpu_count() or 0}
+    def seconds() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    values: Values = {}
     with tempfile.TemporaryDirectory() as name:
         clone, temporary = Path(name)/"clone", Path(name)/"temporary"
         temporary.mkdir()
         subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
         for command in SETUP:
-            before, began = size(clone), time.monotonic()
+            before, began = size(clone), seconds()
             largest = 0.0
             with subprocess.Popen(command.split(), cwd=clone, env={**os.environ, "TMPDIR": str(temporary)},
                                   stdout=subprocess.DEVNULL) as running:
@@ -323,7 +326,7 @@ def of_setup() -> Values:
                     largest = max(largest, size(clone) + size(temporary) - before)
             if running.returncode:
                 raise SystemExit(f"docs: {command}: expected status 0, found {running.returncode}")
-            values |= {f"setup.{command}.time [min]": (time.monotonic() - began)/60,
+            values |= {f"setup.{command}.time [min]": (seconds() - began)/60,
                        f"setup.{command}.left [MB]": size(clone) - before, f"setup.{command}.largest [MB]": largest}
     return values
 

@@ -269,11 +269,10 @@ def need_table() -> str:
         ("system", "Linux; the executable alone on Windows. Otherwise a container or WSL"),
         ("what exercise 5 solves for its contact table, which is kept", f"{v['time.table [s]']:.1f} s of processor time"),
         ("the ten runs besides", f"{v['time.runs [s]']:.0f} s of processor time"),
-        *((f"`{command}`{words}", f"{v[f'setup.{command}.time [min]']:.0f} min on {v['setup.cores']:.0f} cores, "
+        *((f"`{command}`{words}", f"{v[f'setup.{command}.time [min]']:.0f} min of processor time, "
            f"{v[f'setup.{command}.left [MB]']:.0f} MB; {v[f'setup.{command}.largest [MB]']:.0f} MB while it runs")
           for command, words in COSTS.items()),
-        ("what a report has at its end", f"{v['size.report [MB]']:.0f} MB, of which {v['size.ex5 [MB]']:.0f} MB are column files "
-         "of exercise 5"),
+        ("column files of exercise 5, of a report", f"{v['size.ex5 [MB]']:.0f} MB"),
         ("a page of `ex5_aw`", f"{v['page.ex5_aw [MB]']:.1f} MB; its column file has {v['size.ex5_aw [MB]']:.0f} MB")))
 
 
