@@ -72,11 +72,6 @@ def of_report() -> Values:
     values = of_runs(runs, {run.name: json.loads((kept_in(OUTPUTS)/f"{run.name}_twins.json").read_text()) for run in runs})
     kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
-
-    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
-    values["size.report [MB]"] = megabytes([
-        *(OUTPUTS/f"{case}.txt" for case in CASES), *(OUTPUTS/"tables").iterdir(), *(OUTPUTS/name for name in products),
-        *(file for file in formulations.kept_file(OUTPUTS).parent.iterdir() if file.suffix != ".stamp")])
     values["size.ex5 [MB]"] = megabytes(OUTPUTS.glob("ex5_?w.txt"))
     values["size.ex5_aw [MB]"] = megabytes([OUTPUTS/"ex5_aw.txt"])
     return values
