@@ -59,7 +59,8 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        shutil.copytree(TEMPLATE.parent, folder, dirs_exist_ok=True)
+        for file in TEMPLATE.parent.iterdir():
+            shutil.copyfile(file, folder/file.name)     # without the mode: an installation may be read-only
         data = facts(runs, chaotic or {})
         data["authors"] = list(authors)
         data["formulations"] = formulations.words(outcomes) if outcomes else None
