@@ -56,9 +56,11 @@ PYTHON  = .venv/bin/python
 SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,posix)
 
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
-FOLDERS = support profile contact table dynamics rigid program
+FOLDERS = support profile contact table dynamics rigid program library
 SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90))) fortran/support/$(SYSTEM)/links_and_modes.f90
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
+# The library for other languages; the executable does without it.
+LIBRARY = $(basename $(notdir $(wildcard fortran/library/*.f90)))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
@@ -80,7 +82,7 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench docs wheel install reference reference-package yardsticks \
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib fmu report validate bench docs wheel install reference reference-package yardsticks \
         pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
@@ -92,7 +94,7 @@ CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
 $(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
-	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 # On Windows names of files are UTF-8 only if a manifest says so.
 ifeq ($(suffix $(EXE)),.exe)
@@ -101,8 +103,44 @@ $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/
 	$(FC:gfortran=windres) $< $@
 endif
 
-$(EXE): $(BUILD)/ldbench.o $(OBJECTS) $(OWN)
+$(EXE): $(BUILD)/ldbench.o $(filter-out $(LIBRARY:%=$(BUILD)/%.o),$(OBJECTS)) $(OWN)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
+
+# The core for programs in C and for all that can call C. LAPACK=own makes a library that needs no LAPACK.
+LIB     = $(BUILD)/lib
+DYNAMIC = $(LIB)/libldbench.$(if $(findstring mingw,$(FC)),dll,so)
+lib:
+	$(call built,$(DYNAMIC) $(LIB)/libldbench.a $(LIB)/ldbench.pc)
+	cp fortran/library/ldbench.h $(LIB)/
+
+$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=fortran/library/exports.map -o $@.part $(filter %.o,$^) $(LIBS) && mv $@.part $@
+
+$(LIB)/libldbench.a: $(BUILD)/core.o $(OWN) | $(LIB)
+	rm -f $@ && $(AR) rcs $@ $^
+
+$(LIB)/ldbench.pc: Makefile | $(LIB)
+	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
+	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I$${prefix}/include' \
+	  'Libs: -L$${prefix}/lib -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' > $@
+
+# The binary of FMUs, with the libraries that it needs beside it, for `ldbench fmu`; it has our own LAPACK.
+FMU     = wrappers/ldbench/_core/fmu/$(if $(findstring mingw,$(FC)),win64/wheelset.dll,linux64/wheelset.so)
+BESIDE  = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
+fmu:
+	$(call built,$(FMU))
+
+$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
+	mkdir -p $(@D)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -Wl,-rpath,'$$ORIGIN',--disable-new-dtags -o $@.part \
+	  $(filter %.o,$^) && mv $@.part $@
+	$(if $(filter %.so,$@),for name in $(BESIDE); do cp $$($(FC) -print-file-name=$$name) $(@D)/; done)
+
+$(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
+	$(FC:gfortran=gcc) -std=c11 -O2 -Wall -Wextra -fPIC -fvisibility=hidden -c -o $@ $<
+
+$(LIB):
+	mkdir -p $@
 
 $(BUILD)/%.o: %.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
@@ -194,7 +232,7 @@ ifeq ($(SANITIZE),1)
 endif
 # One test per core runs at a time. A test uses one thread unless it asks for more.
 test:
-	$(call built,$(EXE) $(TESTS) $(WRAPPER))
+	$(call built,$(EXE) $(TESTS) $(WRAPPER) $(DYNAMIC) $(FMU))
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
 # The package under each of these Pythons that is here, with old and new numpy and pandas. A path names a Python that is not

@@ -1,0 +1,187 @@
+"""The library for other languages: its forces and motions are those of the program, and bad input is a status and a line."""
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ldbench
+from running import REPO, kept_tables
+from scipy_client import Facts, Wheelset
+
+LIBRARY = REPO/"build/release/lib/libldbench.so"
+REFUSED, OUTSIDE, NO_ROOM = 1, 2, 3
+Pose = ctypes.c_double*3
+
+
+@pytest.fixture(scope="module")
+def namelist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("case")/"ex2_aw.nml"
+    ldbench.Case.exercise(2).replace(t_end=0.15, table_folder=kept_tables(), wheel_profile=REPO/"profiles/awprof.yz",
+                                     rail_profile=REPO/"profiles/arprof.yz").to_namelist(file)
+    return file
+
+
+@pytest.fixture(scope="module")
+def wheelset(namelist: Path) -> Iterator[Wheelset]:
+    found = Wheelset(str(LIBRARY), str(namelist), str(kept_tables()))
+    yield found
+    found.call("close", found.handle)
+
+
+@pytest.fixture(scope="module")
+def table(namelist: Path) -> ldbench.ContactTable:
+    return ldbench.ContactTable(ldbench.Case.from_namelist(namelist))
+
+
+def poses(table: ldbench.ContactTable, n: int) -> np.ndarray:
+    """Poses along a run, for which the kept table has all that they need, (3, n)."""
+    data = ldbench.run(table.case, table=table).data
+    rows = data.iloc[np.linspace(0, len(data) - 1, n).astype(int)]
+    return np.array([rows["Y"], rows["Z"] + table.equilibrium, rows["roll"]])
+
+
+def test_forces_are_the_program_s_to_the_last_bit(wheelset: Wheelset, table: ldbench.ContactTable):
+    y, z, roll = poses(table, 200)
+    energy, force = table.potential(y, z, roll), table.force(y, z, roll)
+    for k in range(200):
+        found = wheelset.contact((y[k], z[k], roll[k]))
+        assert found[0] == energy[k] and list(found[1]) == force[k].tolist()
+    assert energy.max() > 10*energy.min()
+
+
+def test_rows_are_the_program_s_to_the_last_bit(wheelset: Wheelset, namelist: Path):
+    run = ldbench.run(namelist)
+    n, shape = ctypes.c_int(), (len(run.data), len(run.data.columns))
+    rows, results = np.zeros(shape), ctypes.create_string_buffer(100000)
+    address = rows.ctypes.data_as(ctypes.c_void_p)
+    wheelset.call("simulate", wheelset.handle, len(rows), address, ctypes.byref(n), 0, None, None, results, len(results))
+    assert n.value == len(run.data) and np.array_equal(rows, run.data.to_numpy(), equal_nan=True)
+    assert f"t_return = {run.results['t_return']!r}" in results.value.decode()
+    names = ctypes.create_string_buffer(4096)
+    assert wheelset.lib.ldbench_columns(wheelset.handle, names, len(names)) == 0
+    assert [line.split()[0] for line in names.value.decode().splitlines()] == list(run.data.columns)
+    # Fewer rows than the run has: as many as there is room for, and all are counted.
+    few = np.zeros((10, shape[1]))
+    status = wheelset.lib.ldbench_simulate(wheelset.handle, 10, few.ctypes.data_as(ctypes.c_void_p), ctypes.byref(n), 0, None, None,
+                                           None, 0, None, 0)
+    assert status == NO_ROOM and n.value == len(run.data) and np.array_equal(few, rows[:10], equal_nan=True)
+
+
+def test_stiffness_is_the_gradient_of_the_force(wheelset: Wheelset, table: ldbench.ContactTable):
+    pose, stiffness = (0.002, table.equilibrium, 1e-4), (ctypes.c_double*6)()
+    wheelset.call("contact", wheelset.handle, Pose(*pose), None, None, None, stiffness)
+    assert np.array(stiffness)[[0, 1, 2, 3, 4, 5]].tolist() == table.tangent(*pose)[np.triu_indices(3)].tolist()
+
+
+def test_another_integrator_passes_the_centre_at_the_same_time(namelist: Path):
+    said = subprocess.run([sys.executable, REPO/"docs/plug/scipy_client.py", LIBRARY, namelist, str(kept_tables())],
+                          capture_output=True, text=True, check=True).stdout.split()
+    events = [event.t for event in ldbench.run(namelist).events if event.kind == "centre passage"]
+    assert [float(t) for t in said[:-1]] == pytest.approx(events, abs=1e-7)
+    assert abs(float(said[-1])) < 1e-5          # energy [J], of which 196 move
+
+
+def test_a_program_in_c(namelist: Path, tmp_path: Path):
+    folder = LIBRARY.parent
+    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", REPO/"docs/plug/client.c", f"-I{folder}", f"-L{folder}", "-lldbench",
+                    f"-Wl,-rpath,{folder}", "-o", tmp_path/"client"], check=True)
+    said = subprocess.run([tmp_path/"client", namelist], capture_output=True, text=True, check=True).stdout
+    t, y, energy = np.array([line.split() for line in said.splitlines()], float)[:151].T
+    data = ldbench.run(ldbench.Case.from_namelist(namelist).replace(rows="interval", interval=1e-3, stop_at="t_end", t_end=0.15)).data
+    assert np.allclose(y, data["Y"], atol=1e-10, rtol=0) and np.allclose(t, data["time"], atol=1e-12)
+    assert np.allclose(energy, data["PE_elastic_L"] + data["PE_elastic_R"], rtol=1e-5)
+
+
+def test_numbers_of_the_case_can_be_changed(namelist: Path):
+    wheelset = Wheelset(str(LIBRARY), str(namelist), str(kept_tables()))
+    for name, value in (("vY", 0.3), ("mass", 2000.0)):
+        wheelset.call("set", wheelset.handle, name.encode(), ctypes.c_double(value))
+    found, facts = ctypes.c_double(), Facts()
+    wheelset.call("get", wheelset.handle, b"vY", ctypes.byref(found))
+    wheelset.call("facts", wheelset.handle, ctypes.byref(facts))
+    case = ldbench.Case.from_namelist(namelist).replace(vY=0.3, mass=2000)
+    heavier = ldbench.ContactTable(case)
+    assert found.value == 0.3 and facts.mass == 2000 and facts.weight == heavier.weight and facts.held[1] == heavier.equilibrium
+    text = ctypes.create_string_buffer(1024)
+    assert wheelset.lib.ldbench_warnings(wheelset.handle, text, len(text)) == 0
+    assert text.value.decode().startswith("&initial roll_rate: expected about 0.0101")
+    wheelset.call("close", wheelset.handle)
+
+
+def test_eight_threads_get_the_same_bits(wheelset: Wheelset, table: ldbench.ContactTable):
+    y, z, roll = poses(table, 2000)
+    expected = table.force(y, z, roll)
+    different = []
+
+    def work(seed: int) -> None:
+        for k in np.random.default_rng(seed).permutation(2000):
+            energy, force = ctypes.c_double(), Pose()
+            status = wheelset.lib.ldbench_contact(wheelset.handle, Pose(y[k], z[k], roll[k]), ctypes.byref(energy), force, None, None,
+                                                  None, 0)
+            if status or list(force) != expected[k].tolist():
+                different.append(k)
+
+    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert different == []
+
+
+def refusals(wheelset: Wheelset, namelist: Path) -> list[tuple[str, tuple[object, ...], int, str]]:
+    """A function, its arguments, the status, and what the message says."""
+    number, force, handle = ctypes.c_double(), Pose(), ctypes.c_int64()
+    return [
+        ("open", (None, None, ctypes.byref(handle)), REFUSED, "path: expected an address, found a null pointer"),
+        ("open", (str(namelist).encode(), None, None), REFUSED, "handle: expected a place for it, found a null pointer"),
+        ("open", (b"none.nml", None, ctypes.byref(handle)), REFUSED, "none.nml: cannot be opened for reading"),
+        ("open_text", (b"&contact model = 'hurtz' /", b"my.nml", None, ctypes.byref(handle)), REFUSED, "&contact model"),
+        ("facts", (wheelset.handle, None), REFUSED, "facts: expected an address, found a null pointer"),
+        ("contact", (wheelset.handle, None, None, force, None, None), REFUSED, "pose: expected an address"),
+        ("contact", (wheelset.handle, Pose(0, np.nan, 0), None, force, None, None), REFUSED, "expected finite numbers"),
+        ("contact", (wheelset.handle, Pose(1, 2, 3), None, force, None, None), OUTSIDE, "expected a pose within the extent of &table"),
+        ("contact", (ctypes.c_int64(-1), Pose(), None, force, None, None), REFUSED, "handle: expected an open case, found -1"),
+        ("contact", (ctypes.c_int64(2**62), Pose(), None, force, None, None), REFUSED, "handle: expected an open case"),
+        ("set", (wheelset.handle, b"gauge", ctypes.c_double(1)), REFUSED, "name: expected a number of &wheelset, &initial"),
+        ("set", (wheelset.handle, b"mass", ctypes.c_double(-1)), REFUSED, "&wheelset mass"),
+        ("get", (wheelset.handle, b"mass", None), REFUSED, "value: expected an address"),
+        ("get", (wheelset.handle, b"none", ctypes.byref(number)), REFUSED, "found none"),
+        ("advance", (wheelset.handle, ctypes.c_double(1), Pose(0, 1, 0), Pose(), ctypes.c_double(0)), REFUSED, "after the present"),
+        ("simulate", (wheelset.handle, 0, None, None, 0, None, None, None, 0), REFUSED, "n_rows: expected an address"),
+        ("close", (ctypes.c_int64(10**6),), REFUSED, "handle: expected an open case, found 1000000")]
+
+
+def test_bad_input_is_a_status_and_a_line(wheelset: Wheelset, namelist: Path):
+    mass = wheelset.facts.mass
+    for name, arguments, status, told in refusals(wheelset, namelist):
+        message = ctypes.create_string_buffer(2048)
+        assert getattr(wheelset.lib, f"ldbench_{name}")(*arguments, message, len(message)) == status, name
+        words = message.value.decode()
+        assert told in words and re.fullmatch(r"[^\n]+", words), (name, words)
+        assert getattr(wheelset.lib, f"ldbench_{name}")(*arguments, None, 0) == status      # no message is asked for
+    now = Facts()
+    wheelset.call("facts", wheelset.handle, ctypes.byref(now))
+    assert now.mass == mass
+
+
+def test_a_closed_case_is_no_case(namelist: Path):
+    wheelset = Wheelset(str(LIBRARY), str(namelist), str(kept_tables()))
+    wheelset.call("close", wheelset.handle)
+    for name, arguments in ("close", ()), ("facts", (ctypes.byref(Facts()),)), ("contact", (Pose(), None, Pose(), None, None)):
+        with pytest.raises(RuntimeError, match=r"handle: expected an open case, found \d+"):
+            wheelset.call(name, wheelset.handle, *arguments)
+
+
+def test_nothing_but_the_functions_is_exported():
+    said = subprocess.run(["nm", "-D", "--defined-only", LIBRARY], capture_output=True, text=True, check=True).stdout
+    declared = set(re.findall(r"^int (ldbench_\w+)\(", (REPO/"fortran/library/ldbench.h").read_text(), re.MULTILINE))
+    assert {line.split()[-1] for line in said.splitlines()} == declared
