@@ -82,8 +82,8 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib fmu report validate bench docs wheel install reference reference-package yardsticks \
-        pictures clean help
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib install-lib fmu report validate bench docs wheel \
+        install reference reference-package yardsticks pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -110,21 +110,27 @@ $(EXE): $(BUILD)/ldbench.o $(filter-out $(LIBRARY:%=$(BUILD)/%.o),$(OBJECTS)) $(
 LIB     = $(BUILD)/lib
 DYNAMIC = $(LIB)/libldbench.$(if $(findstring mingw,$(FC)),dll,so)
 lib:
-	$(call built,$(DYNAMIC) $(LIB)/libldbench.a $(LIB)/ldbench.pc)
+	$(call built,$(DYNAMIC) $(LIB)/libldbench.a)
 	cp fortran/library/ldbench.h $(LIB)/
 
-$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=fortran/library/exports.map -o $@.part $(filter %.o,$^) $(LIBS) && mv $@.part $@
+# The library, its header, and what pkg-config tells of them, below PREFIX.
+install-lib: lib
+	install -d "$(DESTDIR)$(PREFIX)/lib/pkgconfig" "$(DESTDIR)$(PREFIX)/include"
+	install $(DYNAMIC) "$(DESTDIR)$(PREFIX)/lib"
+	install -m 644 $(LIB)/libldbench.a "$(DESTDIR)$(PREFIX)/lib"
+	install -m 644 fortran/library/ldbench.h "$(DESTDIR)$(PREFIX)/include"
+	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
+	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I"$${prefix}/include"' \
+	  'Libs: -L"$${prefix}/lib" -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' \
+	  > "$(DESTDIR)$(PREFIX)/lib/pkgconfig/ldbench.pc"
 
-$(LIB)/libldbench.a: $(BUILD)/core.o $(OWN) | $(LIB)
+$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -o $@.part $(filter %.o,$^) $(LIBS) && mv $@.part $@
+
+$(LIB)/libldbench.a: $(CORE) $(OWN) | $(LIB)
 	rm -f $@ && $(AR) rcs $@ $^
 
-$(LIB)/ldbench.pc: Makefile | $(LIB)
-	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
-	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I$${prefix}/include' \
-	  'Libs: -L$${prefix}/lib -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' > $@
-
-# The binary of FMUs, with the libraries that it needs beside it, for `ldbench fmu`; it has our own LAPACK.
+# The binary of FMUs of the release build, with the libraries that it needs beside it, for `ldbench fmu`; it has our own LAPACK.
 FMU     = wrappers/ldbench/_core/fmu/$(if $(findstring mingw,$(FC)),win64/wheelset.dll,linux64/wheelset.so)
 BESIDE  = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
 fmu:
@@ -228,11 +234,13 @@ ifeq ($(SANITIZE),1)
   CHECKS = tests/program/test_profiles.py \
            $(addprefix tests/program/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes) \
            $(addprefix tests/faults/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
-             closed_and_full_streams)
+             closed_and_full_streams) \
+           tests/plug/test_library.py::test_bad_input_from_a_program_in_c
 endif
 # One test per core runs at a time. A test uses one thread unless it asks for more.
 test:
-	$(call built,$(EXE) $(TESTS) $(WRAPPER) $(DYNAMIC) $(FMU))
+	$(call built,$(EXE) $(TESTS) $(WRAPPER) $(if $(findstring gfortran,$(FC)),$(DYNAMIC)))
+	$(if $(findstring gfortran,$(FC)),+@$(MAKE) --no-print-directory fmu DEBUG= SANITIZE=)
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
 # The package under each of these Pythons that is here, with old and new numpy and pandas. A path names a Python that is not
@@ -401,6 +409,8 @@ help:
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
+	@echo 'make lib        the library for C and other languages: $(LIB); make install-lib installs it below PREFIX, for pkg-config'
+	@echo 'make fmu        the binary of the FMUs that the command fmu writes'
 	@echo 'make install    the executable, inputs and profiles, below PREFIX=/usr/local; packages are made with DESTDIR=...'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
 	@echo 'make test-matrix  two runs under Python 3.10 to 3.14, those of PYTHONS that are here, with old and new numpy and pandas'

@@ -9,6 +9,7 @@ import sys
 import exudyn
 import numpy as np
 from exudyn.itemInterface import MarkerNodeCoordinates, NodeGenericODE2, ObjectGenericODE2
+
 from scipy_client import Wheelset
 
 

@@ -53,6 +53,7 @@ if __name__ == "__main__":
     wheelset = Wheelset(*sys.argv[1:])
     centre = lambda t, x: x[0]      # noqa: E731
     start = [*wheelset.facts.start, *wheelset.facts.velocity]
-    found = solve_ivp(wheelset.rates, (0, min(wheelset.facts.t_end, 0.5)), start, "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4, events=centre)
+    found = solve_ivp(wheelset.rates, (0, min(wheelset.facts.t_end, 0.5)), start, "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4,
+                      events=centre)
     drift = max(abs(wheelset.energy(x) - wheelset.energy(found.y[:, 0])) for x in found.y.T)
     print(*(f"{t:.9f}" for t in found.t_events[0] if t > 1e-6), f"{drift:.2e}")

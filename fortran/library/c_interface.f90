@@ -3,36 +3,30 @@
 !> Every function returns a status and, where it is not `ok`, says in one line why. None stops, prints, or leaves anything changed
 !> in the process. Null pointers and numbers of closed cases are refused.
 module c_interface
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_int64_t, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use case, only: case_type, list_variables, text_length, variable_type
-  use case_check, only: check_case
+  use c_texts, only: clear, give, need, no_room, ok, outside, refused, tell, text_at, told
+  use case, only: case_type, text_length
+  use changed_numbers, only: get_number, set_number
   use columns, only: column_type, contact_columns, list_columns, most_columns
-  use cut_steps, only: cut_step, cutting_type, step_watcher
   use elastic_run, only: initial_motion
   use errors, only: error_type, fatal_error, refuse
   use events, only: event_kinds
-  use integrators, only: evaluate_contacts, integrator_type, step_diverged, step_ok
   use kinds, only: dp, version
   use motion_state, only: motion_type
-  use places, only: folder_of
+  use motion_steps, only: advance_motion, refuse_pose
   use open_cases, only: add_case, case_at, close_case
-  use prepared_cases, only: finished_type, paths_of, prepare_located, prepared_type, read_lines_of_case, release, row_list, &
-    simulate_prepared
+  use places, only: folder_of
+  use prepared_cases, only: paths_of, prepare_located, prepared_type, read_lines_of_case, release, simulate_prepared
   use row_sink, only: row_writer
   use run_monitor, only: run_type
   use run_results, only: describe_results, describe_setup
-  use run_setup, only: set_wheelset
   use run_tables, only: keep_tables
-  use text, only: line_type, lower, read_lines, split_lines, str
-  use wheelset, only: contact_state, contacts, external_force, right_tread
+  use text, only: line_type, read_lines, split_lines, str
+  use wheelset, only: contact_state, contacts, right_tread
   use zone_tables, only: inside
   implicit none
   private
-
-  enum, bind(c)
-    enumerator :: ok = 0, refused, outside, no_room     ! LDBENCH_OK and so on of ldbench.h
-  end enum
 
   !> `ldbench_facts` of ldbench.h.
   type, bind(c) :: facts_type
@@ -62,13 +56,6 @@ module c_interface
   contains
     procedure :: write_row
   end type given_rows
-
-  !> Remembers how short steps had to be.
-  type, extends(step_watcher) :: shortest_step
-    real(dp) :: dt = huge(1.0_dp)          !! [s]
-  contains
-    procedure :: after_step
-  end type shortest_step
 
 contains
 
@@ -220,9 +207,8 @@ contains
     type(c_ptr), value :: name, value, message
     integer(c_int), value :: size
     type(prepared_type), pointer :: p
-    type(case_type), allocatable, target :: c
-    type(variable_type) :: variable
     real(c_double), pointer :: found
+    real(dp) :: x
     type(error_type), allocatable :: error
     character(:), allocatable :: word
 
@@ -230,56 +216,13 @@ contains
     call look_up(handle, p, error)
     if (.not. allocated(error)) call text_at(name, 'name', word, error)
     call need(value, 'value', error)
-    if (.not. allocated(error)) then
-      allocate (c, source=p%c)
-      call find_number(c, word, variable, error)
-    end if
+    if (.not. allocated(error)) call get_number(p, word, x, error)
     if (.not. allocated(error)) then
       call c_f_pointer(value, found)
-      found = variable%x
+      found = x
     end if
     status = told(error, message, size)
   end function ldbench_get
-
-  !> Change a number of a case on which its table does not depend.
-  subroutine set_number(p, name, value, error)
-    type(prepared_type), intent(inout) :: p
-    character(*), intent(in) :: name
-    real(dp), intent(in) :: value
-    type(error_type), allocatable, intent(out) :: error
-    type(case_type), allocatable, target :: c
-    type(variable_type) :: variable
-
-    allocate (c, source=p%c)
-    call find_number(c, name, variable, error)
-    if (allocated(error)) return
-    variable%x = value
-    call check_case(trim(c%name), c, error)
-    if (allocated(error)) return
-    call set_wheelset(c, p%setup, error)
-    if (.not. allocated(error)) p%c = c
-  end subroutine set_number
-
-  !> The variable of a number on which the contact table does not depend.
-  subroutine find_number(c, name, variable, error)
-    type(case_type), target, intent(inout) :: c
-    character(*), intent(in) :: name
-    type(variable_type), intent(out) :: variable     !! points into c
-    type(error_type), allocatable, intent(out) :: error
-    character(*), parameter :: groups = ' wheelset initial loading ', fixed = ' rolling_radius back_to_back '
-    type(variable_type), allocatable :: list(:)
-    integer :: k
-
-    call list_variables(c, list)
-    do k = 1, ubound(list, 1)
-      if (lower(list(k)%name) /= lower(name) .or. .not. associated(list(k)%x)) cycle
-      if (index(groups, ' '//list(k)%group//' ') == 0 .or. index(fixed, ' '//list(k)%name//' ') > 0) cycle
-      variable = list(k)
-      return
-    end do
-    call fatal_error(error, 'name: expected a number of &wheelset, &initial or &loading on which the contact table does not '// &
-      'depend, found '//name)
-  end subroutine find_number
 
   integer(c_int) function ldbench_contact(handle, pose, energy, force, points, stiffness, message, size) bind(c) result(status)
     integer(c_int64_t), value :: handle
@@ -306,7 +249,7 @@ contains
     end if
     call contacts(p%setup%wheelset, q, state, with_hessian=c_associated(stiffness))
     if (state%status /= inside) then
-      call outside_words(q, error)
+      call refuse_pose(q, error)
       call tell(error, message, size)
       status = outside
       return
@@ -341,6 +284,7 @@ contains
     type(prepared_type), pointer :: p
     real(c_double), pointer :: q(:), v(:)
     type(error_type), allocatable :: error
+    logical :: left_table
 
     call clear(message, size)
     call look_up_elastic(handle, p, error)
@@ -357,49 +301,10 @@ contains
       status = told(error, message, size)
       return
     end if
-    call advance_motion(p, t, q, v, t_next, status, error)
-    call tell(error, message, size)
+    call advance_motion(p, t, q, v, t_next, left_table, error)
+    status = told(error, message, size)
+    if (left_table) status = outside
   end function ldbench_advance
-
-  !> Steps of the case's integrator, no longer than its `dt`, from one time to another.
-  subroutine advance_motion(p, t, q, v, t_next, status, error)
-    type(prepared_type), intent(in) :: p
-    real(dp), intent(in) :: t, t_next          !! [s]
-    real(dp), intent(inout) :: q(3), v(3)      !! at t, then at t_next
-    integer(c_int), intent(out) :: status
-    type(error_type), allocatable, intent(out) :: error
-    type(integrator_type) :: integrator
-    type(cutting_type) :: cutting
-    type(motion_type) :: motion
-    type(shortest_step) :: watcher
-    integer :: n, i, ended
-
-    associate (c => p%c)
-      integrator = integrator_type(c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
-      cutting = cutting_type(c%error_tolerance, c%energy_tolerance, c%max_halvings)
-      n = max(1, ceiling((t_next - t)/c%dt*(1 - 1e-9_dp)))
-    end associate
-    motion%t = t
-    motion%q = q
-    motion%v = v
-    call evaluate_contacts(p%setup%wheelset, motion, ended)
-    do i = 1, n
-      if (ended /= step_ok) exit
-      call cut_step(p%setup%wheelset, integrator, cutting, motion, (t_next - t)/n, 0, watcher, ended, error)
-    end do
-    status = ok
-    if (ended == step_diverged) then
-      call fatal_error(error, 'expected steps that converge, found one at t = '//str(motion%t)//' s that does not, '// &
-        'after steps down to '//str(watcher%dt)//' s; shorten &integrator dt')
-      status = refused
-    else if (ended /= step_ok) then
-      call outside_words(motion%q, error)
-      status = outside
-    else
-      q = motion%q
-      v = motion%v
-    end if
-  end subroutine advance_motion
 
   integer(c_int) function ldbench_columns(handle, text, size) bind(c) result(status)
     integer(c_int64_t), value :: handle
@@ -539,103 +444,12 @@ contains
       ''''//trim(p%c%formulation)//'''', group='contact', variable='formulation')
   end subroutine look_up_elastic
 
-  subroutine need(pointer, name, error)
-    type(c_ptr), intent(in) :: pointer
-    character(*), intent(in) :: name
-    type(error_type), allocatable, intent(inout) :: error
-
-    if (allocated(error) .or. c_associated(pointer)) return
-    call fatal_error(error, name//': expected an address, found a null pointer')
-  end subroutine need
-
   subroutine check_pose(q, error)
     real(dp), intent(in) :: q(3)
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. all(ieee_is_finite(q))) call fatal_error(error, 'pose: expected finite numbers, found others')
   end subroutine check_pose
-
-  subroutine outside_words(q, error)
-    real(dp), intent(in) :: q(3)
-    type(error_type), allocatable, intent(out) :: error
-
-    call refuse(error, 'a pose within the extent of &table', 'y = '//str(q(1))//' m, z = '//str(q(2))//' m, roll = '// &
-      str(q(3))//' rad')
-  end subroutine outside_words
-
-  !> The characters at an address, up to the null character.
-  subroutine text_at(address, name, text, error)
-    type(c_ptr), intent(in) :: address
-    character(*), intent(in) :: name
-    character(:), allocatable, intent(out) :: text
-    type(error_type), allocatable, intent(out) :: error
-    character(kind=c_char), pointer :: letters(:)
-    integer, parameter :: most = 1000000
-    integer :: n, k
-
-    text = ''
-    call need(address, name, error)
-    if (allocated(error)) return
-    call c_f_pointer(address, letters, [most])
-    n = 0
-    do while (n < most)
-      if (letters(n + 1) == c_null_char) exit
-      n = n + 1
-    end do
-    deallocate (text)
-    allocate (character(n) :: text)
-    do k = 1, n
-      text(k:k) = letters(k)
-    end do
-  end subroutine text_at
-
-  !> Write a text, as much of it as there is room for, and the null character.
-  integer(c_int) function give(text, address, size) result(status)
-    character(*), intent(in) :: text
-    type(c_ptr), intent(in) :: address
-    integer(c_int), intent(in) :: size
-    character(kind=c_char), pointer :: letters(:)
-    integer :: n, k
-
-    status = no_room
-    if (.not. c_associated(address) .or. size < 1) return
-    call c_f_pointer(address, letters, [int(size)])
-    n = min(len(text), int(size) - 1)
-    do k = 1, n
-      letters(k) = text(k:k)
-    end do
-    letters(n + 1) = c_null_char
-    if (n == len(text)) status = ok
-  end function give
-
-  !> An empty message.
-  subroutine clear(message, size)
-    type(c_ptr), intent(in) :: message
-    integer(c_int), intent(in) :: size
-    integer(c_int) :: ignored
-
-    ignored = give('', message, size)
-  end subroutine clear
-
-  !> The status of an error, whose message is written.
-  integer(c_int) function told(error, message, size) result(status)
-    type(error_type), allocatable, intent(in) :: error
-    type(c_ptr), intent(in) :: message
-    integer(c_int), intent(in) :: size
-
-    status = merge(refused, ok, allocated(error))
-    call tell(error, message, size)
-  end function told
-
-  !> Write the message of an error.
-  subroutine tell(error, message, size)
-    type(error_type), allocatable, intent(in) :: error
-    type(c_ptr), intent(in) :: message
-    integer(c_int), intent(in) :: size
-    integer(c_int) :: ignored
-
-    if (allocated(error)) ignored = give(error%message, message, size)
-  end subroutine tell
 
   subroutine write_row(this, row, error)
     class(given_rows), intent(inout) :: this
@@ -645,13 +459,5 @@ contains
     this%n = this%n + 1
     if (this%n <= ubound(this%values, 2)) this%values(:, this%n) = row
   end subroutine write_row
-
-  subroutine after_step(this, old, new, error)
-    class(shortest_step), intent(inout) :: this
-    type(motion_type), intent(in) :: old, new
-    type(error_type), allocatable, intent(out) :: error
-
-    this%dt = min(this%dt, new%t - old%t)
-  end subroutine after_step
 
 end module c_interface

@@ -2,7 +2,9 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import re
+import shlex
 import subprocess
 import sys
 import threading
@@ -13,12 +15,15 @@ import numpy as np
 import pytest
 
 import ldbench
-from running import REPO, kept_tables
+from running import FORTRAN_TESTS, REPO, kept_tables
 from scipy_client import Facts, Wheelset
 
-LIBRARY = REPO/"build/release/lib/libldbench.so"
+LIBRARY = FORTRAN_TESTS.parent/"lib/libldbench.so"
 REFUSED, OUTSIDE, NO_ROOM = 1, 2, 3
 Pose = ctypes.c_double*3
+
+if not LIBRARY.is_file():
+    pytest.skip("no library, which `make test` makes by gfortran alone", allow_module_level=True)
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +53,7 @@ def poses(table: ldbench.ContactTable, n: int) -> np.ndarray:
     return np.array([rows["Y"], rows["Z"] + table.equilibrium, rows["roll"]])
 
 
+@pytest.mark.same_build
 def test_forces_are_the_program_s_to_the_last_bit(wheelset: Wheelset, table: ldbench.ContactTable):
     y, z, roll = poses(table, 200)
     energy, force = table.potential(y, z, roll), table.force(y, z, roll)
@@ -57,6 +63,7 @@ def test_forces_are_the_program_s_to_the_last_bit(wheelset: Wheelset, table: ldb
     assert energy.max() > 10*energy.min()
 
 
+@pytest.mark.same_build
 def test_rows_are_the_program_s_to_the_last_bit(wheelset: Wheelset, namelist: Path):
     run = ldbench.run(namelist)
     n, shape = ctypes.c_int(), (len(run.data), len(run.data.columns))
@@ -75,6 +82,7 @@ def test_rows_are_the_program_s_to_the_last_bit(wheelset: Wheelset, namelist: Pa
     assert status == NO_ROOM and n.value == len(run.data) and np.array_equal(few, rows[:10], equal_nan=True)
 
 
+@pytest.mark.same_build
 def test_stiffness_is_the_gradient_of_the_force(wheelset: Wheelset, table: ldbench.ContactTable):
     pose, stiffness = (0.002, table.equilibrium, 1e-4), (ctypes.c_double*6)()
     wheelset.call("contact", wheelset.handle, Pose(*pose), None, None, None, stiffness)
@@ -90,12 +98,19 @@ def test_another_integrator_passes_the_centre_at_the_same_time(namelist: Path):
 
 
 def test_a_program_in_c(namelist: Path, tmp_path: Path):
-    folder = LIBRARY.parent
-    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", REPO/"docs/plug/client.c", f"-I{folder}", f"-L{folder}", "-lldbench",
-                    f"-Wl,-rpath,{folder}", "-o", tmp_path/"client"], check=True)
-    said = subprocess.run([tmp_path/"client", namelist], capture_output=True, text=True, check=True).stdout
+    """It is built by what pkg-config tells alone."""
+    prefix = tmp_path/"a place"
+    options = ["DEBUG=1"] if LIBRARY.parents[1].name == "debug" else []
+    subprocess.run(["make", "install-lib", *options, f"PREFIX={prefix}"], cwd=REPO, check=True, stdout=subprocess.DEVNULL)
+    told = subprocess.run(["pkg-config", "--cflags", "--libs", "ldbench"], capture_output=True, text=True, check=True,
+                          env={**os.environ, "PKG_CONFIG_PATH": str(prefix/"lib/pkgconfig")}).stdout
+    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", REPO/"docs/plug/client.c", *shlex.split(told), "-o", tmp_path/"client"],
+                   check=True)
+    said = subprocess.run([tmp_path/"client", namelist], capture_output=True, text=True, check=True,
+                          env={**os.environ, "LD_LIBRARY_PATH": str(prefix/"lib")}).stdout
     t, y, energy = np.array([line.split() for line in said.splitlines()], float)[:151].T
-    data = ldbench.run(ldbench.Case.from_namelist(namelist).replace(rows="interval", interval=1e-3, stop_at="t_end", t_end=0.15)).data
+    case = ldbench.Case.from_namelist(namelist).replace(rows="interval", interval=1e-3, stop_at="t_end", t_end=0.15)
+    data = ldbench.run(case).data
     assert np.allclose(y, data["Y"], atol=1e-10, rtol=0) and np.allclose(t, data["time"], atol=1e-12)
     assert np.allclose(energy, data["PE_elastic_L"] + data["PE_elastic_R"], rtol=1e-5)
 
@@ -116,6 +131,7 @@ def test_numbers_of_the_case_can_be_changed(namelist: Path):
     wheelset.call("close", wheelset.handle)
 
 
+@pytest.mark.same_build
 def test_eight_threads_get_the_same_bits(wheelset: Wheelset, table: ldbench.ContactTable):
     y, z, roll = poses(table, 2000)
     expected = table.force(y, z, roll)
@@ -124,8 +140,8 @@ def test_eight_threads_get_the_same_bits(wheelset: Wheelset, table: ldbench.Cont
     def work(seed: int) -> None:
         for k in np.random.default_rng(seed).permutation(2000):
             energy, force = ctypes.c_double(), Pose()
-            status = wheelset.lib.ldbench_contact(wheelset.handle, Pose(y[k], z[k], roll[k]), ctypes.byref(energy), force, None, None,
-                                                  None, 0)
+            pose = Pose(y[k], z[k], roll[k])
+            status = wheelset.lib.ldbench_contact(wheelset.handle, pose, ctypes.byref(energy), force, None, None, None, 0)
             if status or list(force) != expected[k].tolist():
                 different.append(k)
 
@@ -148,7 +164,7 @@ def refusals(wheelset: Wheelset, namelist: Path) -> list[tuple[str, tuple[object
         ("facts", (wheelset.handle, None), REFUSED, "facts: expected an address, found a null pointer"),
         ("contact", (wheelset.handle, None, None, force, None, None), REFUSED, "pose: expected an address"),
         ("contact", (wheelset.handle, Pose(0, np.nan, 0), None, force, None, None), REFUSED, "expected finite numbers"),
-        ("contact", (wheelset.handle, Pose(1, 2, 3), None, force, None, None), OUTSIDE, "expected a pose within the extent of &table"),
+        ("contact", (wheelset.handle, Pose(1, 2, 3), None, force, None, None), OUTSIDE, "a pose within the extent of &table"),
         ("contact", (ctypes.c_int64(-1), Pose(), None, force, None, None), REFUSED, "handle: expected an open case, found -1"),
         ("contact", (ctypes.c_int64(2**62), Pose(), None, force, None, None), REFUSED, "handle: expected an open case"),
         ("set", (wheelset.handle, b"gauge", ctypes.c_double(1)), REFUSED, "name: expected a number of &wheelset, &initial"),
@@ -171,6 +187,16 @@ def test_bad_input_is_a_status_and_a_line(wheelset: Wheelset, namelist: Path):
     now = Facts()
     wheelset.call("facts", wheelset.handle, ctypes.byref(now))
     assert now.mass == mass
+
+
+def test_bad_input_from_a_program_in_c(tmp_path: Path):
+    """With SANITIZE=1 the program and the library are watched: no access outside what was given, nothing lost at the end."""
+    sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover"] if LIBRARY.parents[1].name == "sanitize" else []
+    subprocess.run(["cc", "-g", "-Wall", "-Wextra", "-Werror", *sanitize, REPO/"tests/plug/abuse.c", f"-I{REPO/'fortran/library'}",
+                    LIBRARY, "-lm", f"-Wl,-rpath,{LIBRARY.parent}", "-o", tmp_path/"abuse"], check=True)
+    (tmp_path/"case.nml").write_text("&contact model = 'hertz' / &integrator t_end = 1e-3 /\n")
+    done = subprocess.run([tmp_path/"abuse", tmp_path/"case.nml", tmp_path], cwd=REPO, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_a_closed_case_is_no_case(namelist: Path):

@@ -23,7 +23,8 @@ from .table import core_files
 PLATFORMS = {"linux64": "wheelset.so", "win64": "wheelset.dll"}     # folders of binaries by FMI 2.0, and the file in ours
 BINARIES = Path(__file__).parent/"_core"/"fmu"
 EPOCH = 1980, 1, 1, 0, 0, 0         # of all files in the archive: the same case gives the same bytes
-STATES = (("y", "m", "lateral position of the axle's centre, to the left"), ("z", "m", "height of the axle's centre above the rails"),
+STATES = (("y", "m", "lateral position of the axle's centre, to the left"),
+          ("z", "m", "height of the axle's centre above the rails"),
           ("roll", "rad", "roll angle; a positive one lifts the left wheel"), ("vy", "m/s", "lateral velocity"),
           ("vz", "m/s", "vertical velocity"), ("roll_rate", "rad/s", "roll rate"))
 RATES = "m/s", "m/s", "rad/s", "m/s2", "m/s2", "rad/s2"
@@ -62,14 +63,14 @@ def write_fmu(case: Case, path: str | Path, contact: bool = False) -> None:
                     found=case.formulation)
     binaries = [BINARIES/platform/name for platform, name in PLATFORMS.items() if (BINARIES/platform/name).is_file()]
     if not binaries:
-        raise Error(file=BINARIES, expected="binaries of FMUs, which `make fmu` makes", found="none")
+        raise Error(file=BINARIES, expected="binaries of FMUs, which `make fmu` makes in a folder of the sources", found="none")
     with tempfile.TemporaryDirectory() as folder, complete(target) as scratch:
         resources = Path(folder)
         start = write_resources(case, resources)
         files = sorted(file for file in resources.rglob("*") if file.is_file())
-        sum = hashlib.sha256(b"".join(file.name.encode() + file.read_bytes() for file in files)).hexdigest()[:32]
+        digest = hashlib.sha256(b"".join(file.name.encode() + file.read_bytes() for file in files)).hexdigest()[:32]
         with zipfile.ZipFile(scratch, "w", zipfile.ZIP_DEFLATED) as archive:
-            add(archive, "modelDescription.xml", description(case, model, f"{model}-{sum}", start))
+            add(archive, "modelDescription.xml", description(case, model, f"{model}-{digest}", start))
             for binary in binaries:
                 for file in sorted(binary.parent.iterdir()):
                     name = model + file.suffix if file == binary else file.name
@@ -95,7 +96,7 @@ def write_resources(case: Case, folder: Path) -> tuple[float, float, float]:
     tables = folder/"tables"
     tables.mkdir()
     run = compute(case.replace(table_folder=str(tables), judged="no", pressures="no"))
-    case.replace(**names, table_folder="").to_namelist(folder/"case.nml")
+    case.replace(names | {"table_folder": ""}).to_namelist(folder/"case.nml")
     return 0.0, run.table.equilibrium, run.table.equilibrium_roll
 
 
@@ -123,8 +124,8 @@ def fmu_variables(case: Case, model: str, pose: tuple[float, float, float]) -> I
         for k, name in enumerate(PARAMETERS):
             variable = variables()[find_variable(name)]
             variability = "tunable" if k < 6 else "fixed"
-            yield FmuVariable(name.replace("_", ".", 1), PARAMETER + k, variable.unit.replace(" ", "."), variable.meaning, "parameter",
-                              variability, "exact", float(getattr(case, name)))
+            yield FmuVariable(name.replace("_", ".", 1), PARAMETER + k, variable.unit.replace(" ", "."), variable.meaning,
+                              "parameter", variability, "exact", float(getattr(case, name)))
 
 
 def description(case: Case, model: str, guid: str, pose: tuple[float, float, float]) -> bytes:
