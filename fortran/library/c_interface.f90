@@ -74,7 +74,8 @@ contains
     character(:), allocatable :: file
 
     call clear(message, size)
-    call text_at(path, 'path', file, error)
+    call no_case(handle, error)
+    if (.not. allocated(error)) call text_at(path, 'path', file, error)
     if (.not. allocated(error)) call read_lines(file, lines, error)
     if (.not. allocated(error)) call open_lines(file, lines, tables, handle, error)
     status = told(error, message, size)
@@ -88,7 +89,8 @@ contains
     character(:), allocatable :: file, words
 
     call clear(message, size)
-    call text_at(text, 'text', words, error)
+    call no_case(handle, error)
+    if (.not. allocated(error)) call text_at(text, 'text', words, error)
     if (.not. allocated(error)) call text_at(name, 'name', file, error)
     if (.not. allocated(error)) then
       call split_lines(words, lines)
@@ -96,6 +98,20 @@ contains
     end if
     status = told(error, message, size)
   end function ldbench_open_text
+
+  !> The number of no case, which stays where a case cannot be opened.
+  subroutine no_case(handle, error)
+    type(c_ptr), intent(in) :: handle
+    type(error_type), allocatable, intent(out) :: error
+    integer(c_int64_t), pointer :: number
+
+    if (c_associated(handle)) then
+      call c_f_pointer(handle, number)
+      number = 0
+    else
+      call fatal_error(error, 'handle: expected a place for it, found a null pointer')
+    end if
+  end subroutine no_case
 
   !> Read, check and prepare the case of a namelist; `file` is its path.
   subroutine open_lines(file, lines, tables, handle, error)
@@ -108,12 +124,7 @@ contains
     integer(c_int64_t), pointer :: number
     character(:), allocatable :: folder
 
-    if (.not. c_associated(handle)) then
-      call fatal_error(error, 'handle: expected a place for it, found a null pointer')
-      return
-    end if
     call c_f_pointer(handle, number)
-    number = 0
     folder = ''
     if (c_associated(tables)) call text_at(tables, 'tables', folder, error)
     allocate (c)

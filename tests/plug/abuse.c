@@ -29,7 +29,7 @@ static void openings(const char *namelist, const char *folder) {
   EXPECT(ldbench_open(namelist, NULL, NULL, M), REFUSED, "handle: expected a place for it");
   STATUS(ldbench_open(NULL, NULL, NULL, NULL, 0), REFUSED);
   STATUS(ldbench_open(namelist, NULL, NULL, NULL, 500), REFUSED);
-  EXPECT(ldbench_open("", NULL, &handle, M), REFUSED, "opened");
+  EXPECT(ldbench_open("", NULL, &handle, M), REFUSED, "expected a file");
   EXPECT(ldbench_open("none.nml", NULL, &handle, M), REFUSED, "none.nml: cannot be opened");
   EXPECT(ldbench_open(folder, NULL, &handle, M), REFUSED, folder);
   EXPECT(ldbench_open("profiles/awprof.yz", NULL, &handle, M), REFUSED, "awprof.yz");

@@ -5,6 +5,7 @@ import ctypes
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import threading
@@ -15,9 +16,10 @@ import numpy as np
 import pytest
 
 import ldbench
+from ldbench_library import Facts, Wheelset
 from running import FORTRAN_TESTS, REPO, kept_tables
-from scipy_client import Facts, Wheelset
 
+CLIENTS = REPO/"docs/plug"
 LIBRARY = FORTRAN_TESTS.parent/"lib/libldbench.so"
 REFUSED, OUTSIDE, NO_ROOM = 1, 2, 3
 Pose = ctypes.c_double*3
@@ -89,30 +91,67 @@ def test_stiffness_is_the_gradient_of_the_force(wheelset: Wheelset, table: ldben
     assert np.array(stiffness)[[0, 1, 2, 3, 4, 5]].tolist() == table.tangent(*pose)[np.triu_indices(3)].tolist()
 
 
-def test_another_integrator_passes_the_centre_at_the_same_time(namelist: Path):
-    said = subprocess.run([sys.executable, REPO/"docs/plug/scipy_client.py", LIBRARY, namelist, str(kept_tables())],
-                          capture_output=True, text=True, check=True).stdout.split()
-    events = [event.t for event in ldbench.run(namelist).events if event.kind == "centre passage"]
-    assert [float(t) for t in said[:-1]] == pytest.approx(events, abs=1e-7)
+@pytest.fixture(scope="module")
+def centre(namelist: Path) -> list[float]:
+    """Times at which our run passes the centre [s]."""
+    return [event.t for event in ldbench.run(namelist).events if event.kind == "centre passage"]
+
+
+def said_by(*command: object, **environment: str) -> list[str]:
+    """The words that a client prints."""
+    return subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, **environment}).stdout.split()
+
+
+def test_another_integrator_passes_the_centre_at_the_same_time(namelist: Path, centre: list[float]):
+    said = said_by(sys.executable, CLIENTS/"scipy_client.py", LIBRARY, namelist, str(kept_tables()))
+    assert [float(t) for t in said[:-1]] == pytest.approx(centre, abs=1e-7)
     assert abs(float(said[-1])) < 1e-5          # energy [J], of which 196 move
 
 
-def test_a_program_in_c(namelist: Path, tmp_path: Path):
-    """It is built by what pkg-config tells alone."""
-    prefix = tmp_path/"a place"
+def test_exudyn_passes_the_centre_at_the_same_time(namelist: Path, centre: list[float]):
+    pytest.importorskip("exudyn", reason="no Exudyn: pip install exudyn")
+    import exudyn_client
+    import ldbench_library
+
+    wheelset = Wheelset(str(LIBRARY), str(namelist), str(kept_tables()))
+    t, y, v, *_ = exudyn_client.rows(wheelset, 0.07).T
+    assert ldbench_library.passages(t, y, v) == pytest.approx(centre[:1], abs=1e-7)
+    wheelset.call("close", wheelset.handle)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
+    """Where `make install-lib` has installed, and what pkg-config tells a compiler. Names of folders have blanks."""
+    prefix = tmp_path_factory.mktemp("a place")/"a prefix"
     options = ["DEBUG=1"] if LIBRARY.parents[1].name == "debug" else []
     subprocess.run(["make", "install-lib", *options, f"PREFIX={prefix}"], cwd=REPO, check=True, stdout=subprocess.DEVNULL)
     told = subprocess.run(["pkg-config", "--cflags", "--libs", "ldbench"], capture_output=True, text=True, check=True,
                           env={**os.environ, "PKG_CONFIG_PATH": str(prefix/"lib/pkgconfig")}).stdout
-    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", REPO/"docs/plug/client.c", *shlex.split(told), "-o", tmp_path/"client"],
-                   check=True)
-    said = subprocess.run([tmp_path/"client", namelist], capture_output=True, text=True, check=True,
-                          env={**os.environ, "LD_LIBRARY_PATH": str(prefix/"lib")}).stdout
-    t, y, energy = np.array([line.split() for line in said.splitlines()], float)[:151].T
+    return prefix/"lib", shlex.split(told)
+
+
+def test_a_program_in_c(namelist: Path, installed: tuple[Path, list[str]], tmp_path: Path):
+    """It is built by what pkg-config tells alone."""
+    folder, told = installed
+    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", CLIENTS/"client.c", *told, "-o", tmp_path/"client"], check=True)
+    said = said_by(tmp_path/"client", namelist, "0.15", "0.001", kept_tables(), LD_LIBRARY_PATH=str(folder))
+    t, y, vy, force, energy = np.array(said, float).reshape(-1, 5)[:151].T
     case = ldbench.Case.from_namelist(namelist).replace(rows="interval", interval=1e-3, stop_at="t_end", t_end=0.15)
     data = ldbench.run(case).data
-    assert np.allclose(y, data["Y"], atol=1e-10, rtol=0) and np.allclose(t, data["time"], atol=1e-12)
-    assert np.allclose(energy, data["PE_elastic_L"] + data["PE_elastic_R"], rtol=1e-5)
+    assert np.allclose(t, data["time"], atol=1e-12) and np.allclose(y, data["Y"], atol=1e-10, rtol=0)
+    assert np.allclose(vy, data["vY"], atol=1e-7) and np.allclose(force, data["N_LF"], rtol=1e-5) and np.ptp(energy) < 1e-6
+
+
+def test_octave_passes_the_centre_at_the_same_time(namelist: Path, centre: list[float], installed: tuple[Path, list[str]],
+                                                   tmp_path: Path):
+    if not (shutil.which("mkoctfile") and shutil.which("octave-cli")):
+        pytest.skip("no Octave: apt-get install octave octave-dev")
+    folder, told = installed
+    subprocess.run(["mkoctfile", "--mex", "-o", tmp_path/"ldbench_octave", CLIENTS/"ldbench_octave.c", f"-I{REPO/'fortran/library'}",
+                    f"-L{LIBRARY.parent}", told[-1]], cwd=tmp_path, check=True)
+    done = subprocess.run(["octave-cli", "--quiet", "--path", tmp_path, CLIENTS/"octave_client.m", namelist, "0.07"], check=True,
+                          capture_output=True, text=True, env={**os.environ, "LD_LIBRARY_PATH": str(folder)})
+    assert [float(t) for t in done.stdout.split()] == pytest.approx(centre[:1], abs=1e-7)
 
 
 def test_numbers_of_the_case_can_be_changed(namelist: Path):
