@@ -124,23 +124,29 @@ install-lib: lib
 	  'Libs: -L"$${prefix}/lib" -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' \
 	  > "$(DESTDIR)$(PREFIX)/lib/pkgconfig/ldbench.pc"
 
+# A library for Windows has the name inside that it has when it is linked.
 $(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -o $@.part $(filter %.o,$^) $(LIBS) && mv $@.part $@
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -o $(BUILD)/$(@F) $(filter %.o,$^) $(LIBS) && mv $(BUILD)/$(@F) $@
 
 $(LIB)/libldbench.a: $(CORE) $(OWN) | $(LIB)
 	rm -f $@ && $(AR) rcs $@ $^
 
-# The binary of FMUs of the release build, with the libraries that it needs beside it, for `ldbench fmu`; it has our own LAPACK.
+# The binary of FMUs of the release build, with our own LAPACK, for `ldbench fmu`. On Linux the compiler's libraries go beside it, for
+# they cannot be linked into a library; on Windows they are inside.
 FMU     = wrappers/ldbench/_core/fmu/$(if $(findstring mingw,$(FC)),win64/wheelset.dll,linux64/wheelset.so)
-BESIDE  = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
+ifneq ($(findstring mingw,$(FC)),)
+  ALONE = -static
+else
+  ALONE  = -Wl,-rpath,'$$ORIGIN',--disable-new-dtags
+  BESIDE = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
+endif
 fmu:
 	$(call built,$(FMU))
 
 $(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
 	mkdir -p $(@D)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -Wl,-rpath,'$$ORIGIN',--disable-new-dtags -o $@.part \
-	  $(filter %.o,$^) && mv $@.part $@
-	$(if $(filter %.so,$@),for name in $(BESIDE); do cp $$($(FC) -print-file-name=$$name) $(@D)/; done)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< $(ALONE) -o $(BUILD)/$(@F) $(filter %.o,$^) && mv $(BUILD)/$(@F) $@
+	$(foreach name,$(BESIDE),cp $$($(FC) -print-file-name=$(name)) $(@D)/ &&) true
 
 $(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
 	$(FC:gfortran=gcc) -std=c11 -O2 -Wall -Wextra -fPIC -fvisibility=hidden -c -o $@ $<
@@ -268,6 +274,7 @@ windows:
 WINE = WINEPREFIX=$(CURDIR)/build/windows/wine WINEDEBUG=-all LC_ALL=C.UTF-8
 test-windows: windows .venv/stamp
 	$(call built,$(WRAPPER))
+	$(call built,build/windows/lib/libldbench.dll FC=x86_64-w64-mingw32-gfortran)
 	printf '#!/bin/sh\nexec wine %s "$$@"\n' $(CURDIR)/ldbench.exe > build/windows/ldbench
 	chmod +x build/windows/ldbench
 	mkdir -p build/windows/wine && $(WINE) wineserver -p && $(WINE) wineboot --init

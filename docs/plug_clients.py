@@ -1,5 +1,7 @@
-"""Exercises 1 to 4 by other programs on our force, up to the first passage of the centre after the left flange: `python docs/measure.py
-plug` stores how far these are from ours."""
+"""Exercises 1 to 4 by other programs on our force, up to the first passage of the centre after the left flange.
+
+`python docs/measure.py plug` stores how far these are from ours.
+"""
 from __future__ import annotations
 
 import ctypes
@@ -58,7 +60,7 @@ def of_case(name: str, folder: Path) -> dict[str, float]:
     values = {f"{name}.passage [s]": centre, f"{name}.peak [kN]": peak/1e3, f"{name}.drift": ours.results["drift_relative"]}
     for client, run in programs(namelist, fmu, folder, case.t_end):
         t, force, drift = answers(run())
-        values |= {f"{name}.{client}.passage [s]": t - centre, f"{name}.{client}.peak": force/peak - 1,
+        values |= {f"{name}.{client}.passage [s]": t - centre, f"{name}.{client}.peak [kN]": (force - peak)/1e3,
                    f"{name}.{client}.drift": drift/kinetic}
     if name == CASES[2]:
         values |= {f"per force.{words} [us]": 1e6*x for words, x in times(namelist, fmu, folder, ours)}
@@ -79,8 +81,8 @@ def programs(namelist: Path, fmu: Path, folder: Path, t_end: float) -> Iterator[
         return np.array([t, y, v, force, elastic + kinetic + wheelset.facts.weight*z])
 
     def by_c() -> Rows:
-        said = subprocess.run([folder/"client", namelist, repr(t_end), repr(INTERVAL), folder/"tables"], capture_output=True, text=True,
-                              check=True, env={**os.environ, "LD_LIBRARY_PATH": str(LIBRARY)}).stdout
+        said = subprocess.run([folder/"client", namelist, repr(t_end), repr(INTERVAL), folder/"tables"], check=True,
+                              capture_output=True, text=True, env={**os.environ, "LD_LIBRARY_PATH": str(LIBRARY)}).stdout
         return np.array([line.split() for line in said.splitlines()], float).T
 
     yield "ctypes, SciPy", lambda: scipy_client.rows(wheelset, t_end, INTERVAL)[0].T
@@ -122,7 +124,8 @@ def times(namelist: Path, fmu: Path, folder: Path, ours: ldbench.Run) -> Iterato
     yield "our program", ours.seconds/ours.results["evaluations"]
     yield "ctypes", per_pose(wheelset.contact)
     about = read_model_description(fmu)
-    model = FMU2Model(guid=about.guid, unzipDirectory=extract(fmu, folder/"unzipped"), modelIdentifier="wheelset", instanceName="one")
+    unzipped = extract(fmu, folder/"unzipped")
+    model = FMU2Model(guid=about.guid, unzipDirectory=unzipped, modelIdentifier="wheelset", instanceName="one")
     model.instantiate()
     model.setupExperiment()
     model.enterInitializationMode()

@@ -1,5 +1,5 @@
-/* The wheelset of a namelist by its own integrator in libldbench, row by row: time, lateral position and velocity, normal force of the
- * left flange, total energy.
+/* The wheelset of a namelist by its own integrator in libldbench, row by row: time, lateral position and velocity, normal force of
+ * the left flange, total energy.
  *
  * cc client.c $(pkg-config --cflags --libs ldbench) -o client; ./client ex1_aw.nml 0.5 0.001
  */

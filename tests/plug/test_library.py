@@ -147,8 +147,8 @@ def test_octave_passes_the_centre_at_the_same_time(namelist: Path, centre: list[
     if not (shutil.which("mkoctfile") and shutil.which("octave-cli")):
         pytest.skip("no Octave: apt-get install octave octave-dev")
     folder, told = installed
-    subprocess.run(["mkoctfile", "--mex", "-o", tmp_path/"ldbench_octave", CLIENTS/"ldbench_octave.c", f"-I{REPO/'fortran/library'}",
-                    f"-L{LIBRARY.parent}", told[-1]], cwd=tmp_path, check=True)
+    subprocess.run(["mkoctfile", "--mex", "-o", tmp_path/"ldbench_octave", CLIENTS/"ldbench_octave.c",
+                    f"-I{REPO/'fortran/library'}", f"-L{LIBRARY.parent}", told[-1]], cwd=tmp_path, check=True)
     done = subprocess.run(["octave-cli", "--quiet", "--path", tmp_path, CLIENTS/"octave_client.m", namelist, "0.07"], check=True,
                           capture_output=True, text=True, env={**os.environ, "LD_LIBRARY_PATH": str(folder)})
     assert [float(t) for t in done.stdout.split()] == pytest.approx(centre[:1], abs=1e-7)
