@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -63,6 +64,8 @@ def of_case(name: str, folder: Path) -> dict[str, float]:
         values |= {f"{name}.{client}.passage [s]": t - centre, f"{name}.{client}.peak [kN]": (force - peak)/1e3,
                    f"{name}.{client}.drift": drift/kinetic}
     if name == CASES[2]:
+        with zipfile.ZipFile(fmu) as archive:
+            values["size [MB]"] = sum(one.compress_size for one in archive.infolist() if "win64" not in one.filename)/1e6
         values |= {f"per force.{words} [us]": 1e6*x for words, x in times(namelist, fmu, folder, ours)}
     return values
 

@@ -314,7 +314,13 @@ def mistake_table() -> str:
     return table(("files", "how many", "outcome"), ((words, str(n), outcome) for words, (n, outcome) in v.items()))
 
 
+def unit_table() -> str:
+    """How large an FMU is."""
+    return table(("unit", "size [MB]"), [("`wheelset.fmu` of `ex2_aw`, for Linux alone", f"{measured()['plug.size [MB]']:.1f}")])
+
+
 PLUG_TABLES = {
+    "units": unit_table,
     "clients": client_table, "passages": answer_table("passage", " [s]", "{:.6f}".format),
     "first peaks": answer_table("peak", " [kN]", "{:.3f}".format), "drifts of clients": answer_table("drift", "", "{:.0e}".format)}
 TABLES = {

@@ -127,6 +127,14 @@ def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert not list(tmp_path.glob("a.*"))
 
 
+def test_an_installation_without_binaries_says_what_to_do(case: ldbench.Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A wheel has none."""
+    monkeypatch.setattr("ldbench.fmu.BINARIES", tmp_path/"none")
+    with pytest.raises(ldbench.Error, match=r"none: expected binaries of FMUs, which `make fmu` makes in a folder of the sources"):
+        write_fmu(case, tmp_path/"a.fmu")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_client_runs(fmus: Path):
     from fmpy_client import __file__ as client
     said = subprocess.run([sys.executable, client, fmus/"wheelset.fmu"], capture_output=True, text=True, check=True,
