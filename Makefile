@@ -149,7 +149,7 @@ $(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
 	$(foreach name,$(BESIDE),cp $$($(FC) -print-file-name=$(name)) $(@D)/ &&) true
 
 $(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
-	$(FC:gfortran=gcc) -std=c11 -O2 -Wall -Wextra -fPIC -fvisibility=hidden -c -o $@ $<
+	$(FC:gfortran=gcc) -std=c11 -O2 $(filter -Wall -Wextra -Werror,$(WARN)) -fPIC -fvisibility=hidden -c -o $@ $<
 
 $(LIB):
 	mkdir -p $@
@@ -306,7 +306,7 @@ lint: .venv/stamp
 	done
 	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive -Werror=trampolines' WARN='$(WARN) -Werror')
 
-compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
+compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(BUILD)/fmi2.o $(TESTS)
 
 $(BUILD)/flat.o: $(BUILD)/handles.o
 
@@ -402,7 +402,7 @@ pictures:
 	$(STUDY) docs/pictures.py
 
 clean:
-	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang ldbench-arm64 ldbench.exe wrappers/ldbench/_core/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang ldbench-arm64 ldbench.exe wrappers/ldbench/_core/_flat*.so wrappers/ldbench/_core/fmu
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'

@@ -32,7 +32,7 @@ def rows(wheelset: Wheelset, t_end: float, step: float = 1e-5) -> np.ndarray:
     mbs.Assemble()
     settings = exudyn.SimulationSettings()
     settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = t_end, round(t_end/step)
-    settings.solutionSettings.writeSolutionToFile = False
+    settings.solution.file.write = False
     mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
     return np.array(found)
 
