@@ -1,5 +1,5 @@
-/* libldbench for Octave: found = ldbench_octave(file) opens a case and gives a row of its number, mass, roll inertia, weight, and pose
- * and velocity at the start; force = ldbench_octave(number, pose) gives forces and moment of the contacts.
+/* libldbench for Octave: found = ldbench_octave(file) opens a case and gives a row of its number, mass, roll inertia, weight, and
+ * pose and velocity at the start; force = ldbench_octave(number, pose) gives forces and moment of the contacts.
  *
  * mkoctfile --mex ldbench_octave.c $(pkg-config --cflags --libs ldbench)
  */
@@ -27,7 +27,8 @@ void mexFunction(int n_out, mxArray *out[], int n_in, const mxArray *in[]) {
     mxFree(file);
   } else if (n_in == 2) {
     out[0] = mxCreateDoubleMatrix(3, 1, mxREAL);
-    status = ldbench_contact((int64_t)mxGetScalar(in[0]), mxGetPr(in[1]), NULL, mxGetPr(out[0]), NULL, NULL, message, sizeof message);
+    status = ldbench_contact((int64_t)mxGetScalar(in[0]), mxGetPr(in[1]), NULL, mxGetPr(out[0]), NULL, NULL, message,
+                             sizeof message);
   }
   if (status != LDBENCH_OK) mexErrMsgTxt(message);
 }

@@ -237,7 +237,8 @@ static fmi2Status number(model_t *m, unsigned at, double *value) {
     *value = m->force[at - FORCE];
   } else if (at >= CONTACTS && at < CONTACTS + 40 && (at - CONTACTS)%10 < 8) {
     const ldbench_contact_t *one = &m->contact[(at - CONTACTS)/10];
-    const double values[8] = {one->normal_force, one->angle, one->force[0], one->force[1], one->y, one->z, one->radius, one->energy};
+    const double values[8] = {one->normal_force, one->angle, one->force[0], one->force[1], one->y, one->z, one->radius,
+                              one->energy};
     *value = values[(at - CONTACTS)%10];
   } else {
     return say(m, fmi2Error, "expected a value reference of modelDescription.xml, found another");
@@ -280,7 +281,10 @@ EXPORT fmi2Status fmi2GetBoolean(void *c, const unsigned at[], size_t n, int v[]
 EXPORT fmi2Status fmi2GetString(void *c, const unsigned at[], size_t n, const char *v[]) { (void)at; (void)v; return NONE(c, n); }
 EXPORT fmi2Status fmi2SetInteger(void *c, const unsigned at[], size_t n, const int v[]) { (void)at; (void)v; return NONE(c, n); }
 EXPORT fmi2Status fmi2SetBoolean(void *c, const unsigned at[], size_t n, const int v[]) { (void)at; (void)v; return NONE(c, n); }
-EXPORT fmi2Status fmi2SetString(void *c, const unsigned at[], size_t n, const char *const v[]) { (void)at; (void)v; return NONE(c, n); }
+EXPORT fmi2Status fmi2SetString(void *c, const unsigned at[], size_t n, const char *const v[]) {
+  (void)at; (void)v;
+  return NONE(c, n);
+}
 
 /* The state of an instance: time, pose and velocity, parameters. */
 typedef struct {
@@ -393,7 +397,7 @@ EXPORT fmi2Status fmi2GetNominalsOfContinuousStates(void *c, double x[], size_t 
 }
 
 /* Not every importer lets its integrator try a shorter step after fmi2Discard. Accelerations that no step can follow do so in all
- * of them: where a trial pose is outside the table the step fails, and where the motion itself goes there the integrator says so. */
+ * of them: where a trial pose is outside the table the step fails, and where the motion itself goes there the integrator tells. */
 EXPORT fmi2Status fmi2GetDerivatives(void *c, double rates[], size_t n) {
   unsigned k;
   fmi2Status status = fmi2OK;
@@ -426,7 +430,9 @@ EXPORT fmi2Status fmi2DoStep(void *c, double t, double step, int keep) {
   return said(m, status, message);
 }
 
-EXPORT fmi2Status fmi2CancelStep(void *c) { return say(c, fmi2Error, "expected no step that can be cancelled, found a call for it"); }
+EXPORT fmi2Status fmi2CancelStep(void *c) {
+  return say(c, fmi2Error, "expected no step that can be cancelled, found a call for it");
+}
 
 EXPORT fmi2Status fmi2SetRealInputDerivatives(void *c, const unsigned at[], size_t n, const int order[], const double v[]) {
   (void)at; (void)order; (void)v;
@@ -438,7 +444,11 @@ EXPORT fmi2Status fmi2GetRealOutputDerivatives(void *c, const unsigned at[], siz
   return NONE(c, n);
 }
 
-EXPORT fmi2Status fmi2GetStatus(void *c, int kind, fmi2Status *status) { (void)c; (void)kind; *status = fmi2OK; return fmi2Discard; }
+EXPORT fmi2Status fmi2GetStatus(void *c, int kind, fmi2Status *status) {
+  (void)c; (void)kind;
+  *status = fmi2OK;
+  return fmi2Discard;
+}
 
 EXPORT fmi2Status fmi2GetRealStatus(void *c, int kind, double *value) {
   (void)kind;
@@ -448,4 +458,8 @@ EXPORT fmi2Status fmi2GetRealStatus(void *c, int kind, double *value) {
 
 EXPORT fmi2Status fmi2GetIntegerStatus(void *c, int kind, int *value) { (void)c; (void)kind; *value = 0; return fmi2Discard; }
 EXPORT fmi2Status fmi2GetBooleanStatus(void *c, int kind, int *value) { (void)c; (void)kind; *value = 0; return fmi2OK; }
-EXPORT fmi2Status fmi2GetStringStatus(void *c, int kind, const char **value) { (void)c; (void)kind; *value = ""; return fmi2Discard; }
+EXPORT fmi2Status fmi2GetStringStatus(void *c, int kind, const char **value) {
+  (void)c; (void)kind;
+  *value = "";
+  return fmi2Discard;
+}

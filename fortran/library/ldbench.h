@@ -60,7 +60,7 @@ int ldbench_facts(int64_t handle, ldbench_facts_t *facts, char *message, int siz
 /* What is doubtful about the case, a line each. */
 int ldbench_warnings(int64_t handle, char *text, int size);
 
-/* A number of &wheelset, &initial or &loading by its name in the namelist, such as vY or mass, unless contact tables depend on it. */
+/* A number of &wheelset, &initial or &loading by its name in the namelist, such as vY, on which no contact table depends. */
 int ldbench_get(int64_t handle, const char *name, double *value, char *message, int size);
 int ldbench_set(int64_t handle, const char *name, double value, char *message, int size);
 

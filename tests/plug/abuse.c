@@ -19,7 +19,8 @@ static void expect(int line, int status, int wanted, const char *words) {
   printf("line %d: expected status %d and \"%s\", found %d and \"%s\"\n", line, wanted, words, status, message);
   faults++;
 }
-#define EXPECT(call, wanted, words) do { memset(message, 'x', 499); message[499] = 0; expect(__LINE__, call, wanted, words); } while (0)
+#define EXPECT(call, wanted, words) \
+  do { memset(message, 'x', 499); message[499] = 0; expect(__LINE__, call, wanted, words); } while (0)
 /* Without a message, or for a function that has none. */
 #define STATUS(call, wanted) do { int status = call; strcpy(message, ""); expect(__LINE__, status, wanted, ""); } while (0)
 
