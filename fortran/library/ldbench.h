@@ -51,7 +51,7 @@ typedef struct {
 int ldbench_version(char *text, int size);
 
 /* Open the case of a namelist file, or of its text; `name` is the path that the text is taken to have. Files that the namelist
- * names are looked for as given, then beside it. `tables` is a folder in which contact tables are kept, for they take seconds, or the
+ * names are looked for as given, then beside it. `tables` is a folder in which contact tables, which take seconds, are kept, or the
  * user's cache where the folder may not be written; NULL: they are not. `handle` is the case's number, which no
  * other case will have; 0 stands for no case. */
 int ldbench_open(const char *path, const char *tables, int64_t *handle, char *message, int size);
