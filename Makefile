@@ -56,9 +56,11 @@ PYTHON  = .venv/bin/python
 SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,posix)
 
 # The core: every source below fortran/. A folder uses itself and those before it in this list (held by `make lint`).
-FOLDERS = support profile contact table dynamics rigid program
+FOLDERS = support profile contact table dynamics rigid program library
 SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90))) fortran/support/$(SYSTEM)/links_and_modes.f90
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
+# The library for other languages; the executable does without it.
+LIBRARY = $(basename $(notdir $(wildcard fortran/library/*.f90)))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
@@ -80,8 +82,8 @@ endif
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
 
-.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants report validate bench docs wheel install reference reference-package yardsticks \
-        pictures clean help
+.PHONY: all wrapper test test-arm64 test-matrix windows test-windows lint compiled fuzz mutants lib install-lib fmu report validate bench docs wheel \
+        install reference reference-package yardsticks pictures clean help
 all:
 	$(call built,$(EXE) $(if $(wildcard $(PYTHON)),$(WRAPPER)))
 
@@ -92,7 +94,7 @@ CORES = $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 built = +@mkdir -p build && $(LOCK) $(MAKE) --no-print-directory $(if $(findstring j,$(MAKEFLAGS)),,-j$(CORES)) $(1)
 
 $(BUILD)/lapack.o: fortran/support/lapack/lapack.f90 $(BUILD)/kinds.o
-	$(FC) $(FFLAGS) $(WARN) -J $(BUILD) -c -o $@ $<
+	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
 
 # On Windows names of files are UTF-8 only if a manifest says so.
 ifeq ($(suffix $(EXE)),.exe)
@@ -101,8 +103,56 @@ $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/
 	$(FC:gfortran=windres) $< $@
 endif
 
-$(EXE): $(BUILD)/ldbench.o $(OBJECTS) $(OWN)
+$(EXE): $(BUILD)/ldbench.o $(filter-out $(LIBRARY:%=$(BUILD)/%.o),$(OBJECTS)) $(OWN)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
+
+# The core for programs in C and for all that can call C. LAPACK=own makes a library that needs no LAPACK.
+LIB     = $(BUILD)/lib
+DYNAMIC = $(LIB)/libldbench.$(if $(findstring mingw,$(FC)),dll,so)
+lib:
+	$(call built,$(DYNAMIC) $(LIB)/libldbench.a)
+	cp fortran/library/ldbench.h $(LIB)/
+
+# The library, its header, and what pkg-config tells of them, below PREFIX.
+install-lib: lib
+	install -d "$(DESTDIR)$(PREFIX)/lib/pkgconfig" "$(DESTDIR)$(PREFIX)/include"
+	install $(DYNAMIC) "$(DESTDIR)$(PREFIX)/lib"
+	install -m 644 $(LIB)/libldbench.a "$(DESTDIR)$(PREFIX)/lib"
+	install -m 644 fortran/library/ldbench.h "$(DESTDIR)$(PREFIX)/include"
+	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
+	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I"$${prefix}/include"' \
+	  'Libs: -L"$${prefix}/lib" -lldbench' 'Libs.private: $(LIBS) -lgfortran -lgomp -lm' \
+	  > "$(DESTDIR)$(PREFIX)/lib/pkgconfig/ldbench.pc"
+
+# A library for Windows has the name inside that it has when it is linked.
+$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -o $(BUILD)/$(@F) $(filter %.o,$^) $(LIBS) && mv $(BUILD)/$(@F) $@
+
+$(LIB)/libldbench.a: $(CORE) $(OWN) | $(LIB)
+	rm -f $@ && $(AR) rcs $@ $^
+
+# The binary of FMUs of the release build, with our own LAPACK, for `ldbench fmu`. On Linux the compiler's libraries go beside it, for
+# they cannot be linked into a library; on Windows they are inside.
+FMU     = wrappers/ldbench/_core/fmu/$(if $(findstring mingw,$(FC)),win64/wheelset.dll,linux64/wheelset.so)
+ifneq ($(findstring mingw,$(FC)),)
+  ALONE = -static
+else
+  ALONE  = -Wl,-rpath,'$$ORIGIN',--disable-new-dtags
+  BESIDE = libgfortran.so.5 libquadmath.so.0 libgomp.so.1 libgcc_s.so.1
+endif
+fmu:
+	$(call built,$(FMU))
+
+$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
+	mkdir -p $(@D)
+	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< $(ALONE) -o $(BUILD)/$(@F) $(filter %.o,$^) && mv $(BUILD)/$(@F) $@
+	$(foreach name,$(BESIDE),cp $$($(FC) -print-file-name=$(name)) $(@D)/ &&) true
+
+$(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
+	$(FC:gfortran=gcc) -std=c11 -O2 $(filter -Wall -Wextra -Werror,$(WARN)) -fPIC -fvisibility=hidden -c -o $@ $<
+
+$(LIB):
+	mkdir -p $@
 
 $(BUILD)/%.o: %.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
@@ -190,11 +240,13 @@ ifeq ($(SANITIZE),1)
   CHECKS = tests/program/test_profiles.py \
            $(addprefix tests/program/test_command.py::test_,file_name_and_standard_input_give_the_same_bytes) \
            $(addprefix tests/faults/test_faults.py::test_,every_kind_of_run_ends_well no_damaged_table_is_used \
-             closed_and_full_streams)
+             closed_and_full_streams) \
+           tests/plug/test_library.py::test_bad_input_from_a_program_in_c
 endif
 # One test per core runs at a time. A test uses one thread unless it asks for more.
 test:
-	$(call built,$(EXE) $(TESTS) $(WRAPPER))
+	$(call built,$(EXE) $(TESTS) $(WRAPPER) $(if $(findstring gfortran,$(FC)),$(DYNAMIC)))
+	$(if $(findstring gfortran,$(FC)),+@$(MAKE) --no-print-directory fmu DEBUG= SANITIZE=)
 	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
 # The package under each of these Pythons that is here, with old and new numpy and pandas. A path names a Python that is not
@@ -222,6 +274,7 @@ windows:
 WINE = WINEPREFIX=$(CURDIR)/build/windows/wine WINEDEBUG=-all LC_ALL=C.UTF-8
 test-windows: windows .venv/stamp
 	$(call built,$(WRAPPER))
+	$(call built,build/windows/lib/libldbench.dll FC=x86_64-w64-mingw32-gfortran)
 	printf '#!/bin/sh\nexec wine %s "$$@"\n' $(CURDIR)/ldbench.exe > build/windows/ldbench
 	chmod +x build/windows/ldbench
 	mkdir -p build/windows/wine && $(WINE) wineserver -p && $(WINE) wineboot --init
@@ -253,7 +306,7 @@ lint: .venv/stamp
 	done
 	$(call built,compiled BUILD=build/lint FFLAGS='-O1 -fopenmp -frecursive -Werror=trampolines' WARN='$(WARN) -Werror')
 
-compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(TESTS)
+compiled: $(BUILD)/ldbench.o $(BUILD)/flat.o $(BUILD)/fmi2.o $(TESTS)
 
 $(BUILD)/flat.o: $(BUILD)/handles.o
 
@@ -349,7 +402,7 @@ pictures:
 	$(STUDY) docs/pictures.py
 
 clean:
-	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang ldbench-arm64 ldbench.exe wrappers/ldbench/_core/_flat*.so
+	rm -rf build dist ldbench ldbench-debug ldbench-sanitize ldbench-flang ldbench-arm64 ldbench.exe wrappers/ldbench/_core/_flat*.so wrappers/ldbench/_core/fmu
 
 help:
 	@echo 'make            the executable ldbench; where .venv is, the Python extension too'
@@ -363,6 +416,8 @@ help:
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'
 	@echo 'make docs       the site of the documentation, with the Python and Fortran references: build/docs/index.html'
 	@echo 'make wheel      sources and a wheel for machines without gfortran and LAPACK: dist/'
+	@echo 'make lib        the library for C and other languages: $(LIB); make install-lib installs it below PREFIX, for pkg-config'
+	@echo 'make fmu        the binary of the FMUs that the command fmu writes'
 	@echo 'make install    the executable, inputs and profiles, below PREFIX=/usr/local; packages are made with DESTDIR=...'
 	@echo 'make test-arm64 the runs of exercises 1 to 4 on arm64, emulated: points of tables, first contacts, ends'
 	@echo 'make test-matrix  two runs under Python 3.10 to 3.14, those of PYTHONS that are here, with old and new numpy and pandas'

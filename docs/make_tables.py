@@ -27,6 +27,7 @@ from ldbench.results.events import event_kinds
 from ldbench.results.quantities import si_unit
 from ldbench_round.own_runs import yardsticks
 from quotes import (
+    PLUG_TABLES,
     TABLES as MEASURED_TABLES,
     build_table,
     formulation_table,
@@ -299,6 +300,7 @@ PAGES: dict[str, dict[str, Callable[[], str]]] = {
     "compare.md": {"units": unit_list, "formulations": formulation_table},
     "accuracy.md": MEASURED_TABLES,
     "install.md": {"builds": build_table},
+    "plug.md": PLUG_TABLES,
     "organiser.md": {"limits": constants.reading_table, "horizons": horizon_table},
     "participant.md": {"findings": constants.check_table, "files": mistake_table},
     "theory.md": {"constants": constants.theory_table},

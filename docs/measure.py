@@ -6,6 +6,7 @@
     python docs/measure.py bodies       runs exercises 1 to 4 with the shipped bodies of wheel and rail; a minute
     python docs/measure.py times        solves what exercise 5 needs, runs the ten cases: processor times
     python docs/measure.py setup        time and disk of ./bootstrap, make, make test and make report, in a clone of its own
+    python docs/measure.py plug         runs exercises 1 to 4 by other programs on our force; a quarter of an hour
     python docs/measure.py              does all of these
 
 A result is stored under a name that ends with the unit of its value. On a page a number is followed by a comment with the
@@ -56,7 +57,7 @@ LOOK = 5.0                                      # between looks at the disk [s]
 Values = dict[str, float]
 COMMANDS = {"report": "make report", "validate": "make validate", "variants": "python docs/measure.py variants",
             "bodies": "python docs/measure.py bodies", "times": "python docs/measure.py times",
-            "setup": "python docs/measure.py setup"}
+            "setup": "python docs/measure.py setup", "plug": "python docs/measure.py plug"}
 
 
 def megabytes(files: Iterable[Path]) -> float:
@@ -326,9 +327,15 @@ def of_setup() -> Values:
     return values
 
 
+def of_plug() -> Values:
+    """Other programs on our force."""
+    from plug_clients import measure as measure_clients  # needs fmpy, and Exudyn where it is installed
+    return {f"plug.{name}": value for name, value in measure_clients().items()}
+
+
 GROUPS: dict[str, Callable[[], Values]] = {
     "report": of_report, "validate": of_validation, "variants": of_variants, "bodies": of_bodies, "times": of_times,
-    "setup": of_setup}
+    "setup": of_setup, "plug": of_plug}
 
 
 # The file ---------------------------------------------------------------------------------

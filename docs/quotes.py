@@ -6,7 +6,7 @@ program cannot measure here, each group with its source.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +44,14 @@ CAUSES: dict[str, tuple[str, dict[str, str | float]]] = {
     "load": ("vertical load 1 % smaller", {"vertical_load": 0.99*164618.0}),
     "level": ("no roll rate at the start", {"roll_rate": 0.0}),
     "rows": ("the peak read from rows every 1 ms", {"interval": 1e-3, "rows": "interval"})}
+
+
+#: Other programs on our force: how they call it, their integrator, and its tolerance or step.
+CLIENTS = {"ctypes, SciPy": ("ctypes", "DOP853", "tolerance 1e-11, steps to 1e-4 s"),
+           "FMU, FMPy": ("FMU, FMPy", "CVODE, model exchange", "tolerance 1e-11"),
+           "FMU, FMPy, co-simulation": ("", "ours", "rows at 1e-5 s"),
+           "C": ("", "ours", "rows at 1e-5 s"),
+           "ctypes, Exudyn": ("ctypes", "Runge-Kutta of order 4", "steps of 1e-5 s")}
 
 
 def measured() -> dict[str, float]:
@@ -285,12 +293,40 @@ def build_table() -> str:
     return table(("system, compiler", "made by", "run", "exercises 1 to 4: Y [m], N [N]", "exercise 5"), rows)
 
 
+def client_table() -> str:
+    """The clients, and the processor time of one force."""
+    v = measured()
+    rows = [(client, *words, f"{v[f'plug.per force.{way} [us]']:.1f}" if way else "") for client, (way, *words) in CLIENTS.items()]
+    return table(("client", "integrator", "tolerance or step", "one force takes [us]"), [
+        ("this program", "ours", "as shipped", f"{v['plug.per force.our program [us]']:.1f}"), *rows])
+
+
+def answer_table(answer: str, unit: str, form: Callable[[float], str]) -> Callable[[], str]:
+    """What makes a table of an answer: ours in every case, and how far each client's is from it."""
+    def make() -> str:
+        v = measured()
+        free = CASES[:8]
+        own = ("this program", *(form(v[f"plug.{case}.{answer}{unit}"]) for case in free))
+        others = ((client, *(f"{v[f'plug.{case}.{client}.{answer}{unit}']:.0e}" for case in free)) for client in CLIENTS)
+        return table(("client", *(f"`{case}`" for case in free)), [own, *others])
+    return make
+
+
 def mistake_table() -> str:
     """What the check finds in files of a stranger to it."""
     v = stated("check")["values"]
     return table(("files", "how many", "outcome"), ((words, str(n), outcome) for words, (n, outcome) in v.items()))
 
 
+def unit_table() -> str:
+    """How large an FMU is."""
+    return table(("unit", "size [MB]"), [("`wheelset.fmu` of `ex2_aw`, for Linux alone", f"{measured()['plug.size [MB]']:.1f}")])
+
+
+PLUG_TABLES = {
+    "units": unit_table,
+    "clients": client_table, "passages": answer_table("passage", " [s]", "{:.6f}".format),
+    "first peaks": answer_table("peak", " [kN]", "{:.3f}".format), "drifts of clients": answer_table("drift", "", "{:.0e}".format)}
 TABLES = {
     "results in short": short_table, "drifts": drift_table, "closed forms": closed_form_table, "largest pressures": pressure_table,
     "bodies": body_table, "laws": law_table, "causes": cause_table,

@@ -18,7 +18,7 @@ module columns
   use wheelset, only: closed, contact_name, contact_state, external_force, right_tread
   implicit none
   private
-  public :: column_type, column_width, most_columns, energy_type, energies, list_columns
+  public :: column_type, column_width, most_columns, energy_type, energies, list_columns, contact_columns
 
   integer, parameter :: column_width = 16     !! characters of a name, a unit, a number
   integer, parameter :: most_columns = 64

@@ -1,6 +1,7 @@
 !> Steps of a run with elastic contacts.
 module elastic_run
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use case, only: case_type
   use zone_tables, only: outside_depth, outside_lateral, outside_law, outside_roll, unsettled
   use errors, only: append_advice, error_type, refuse
   use events, only: never, note_overturning, row_time_type
@@ -11,12 +12,12 @@ module elastic_run
   use integrators, only: evaluate_contacts, integrator_type, step_diverged, step_ok
   use row_sink, only: at_event
   use run_monitor, only: normal_forces, instant, run_monitor_type
-  use run_setup, only: roll_rate_on_rails
+  use run_setup, only: roll_rate_on_rails, setup_type
   use text, only: str
   use wheelset, only: closed
   implicit none
   private
-  public :: start_elastic, elastic_step
+  public :: start_elastic, initial_motion, elastic_step
 
   !> Writes rows while steps are made.
   type, extends(step_watcher) :: row_watcher
@@ -30,26 +31,32 @@ module elastic_run
 
 contains
 
-  !> The initial motion of the case.
+  !> The initial motion of a case, with its contacts.
   subroutine start_elastic(monitor, motion, error)
     type(run_monitor_type), intent(in) :: monitor
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
     integer :: status
 
-    associate (c => monitor%c, setup => monitor%setup)
-      motion%q = setup%equilibrium + [c%y, c%z, c%roll]
-      motion%v = [c%vy, c%vz, c%roll_rate]
-      if (c%roll_link == 'rails') motion%v(3) = roll_rate_on_rails(c, setup)
-      if (ieee_is_nan(motion%v(3))) then
-        call refuse(error, 'a wheelset that can stand on both rails, for roll_link = ''rails''', 'that it cannot', &
-          group='initial', variable='Y', detail=' = '//str(c%y)//' m', rest='; choose a Y nearer to 0')
-        return
-      end if
-      call evaluate_contacts(setup%wheelset, motion, status)
-      if (status /= step_ok) call report_failure(monitor, motion, c%dt, status, error)
-    end associate
+    call initial_motion(monitor%c, monitor%setup, motion, error)
+    if (allocated(error)) return
+    call evaluate_contacts(monitor%setup%wheelset, motion, status)
+    if (status /= step_ok) call report_failure(monitor, motion, monitor%c%dt, status, error)
   end subroutine start_elastic
+
+  !> Pose and velocity at the start of a case.
+  subroutine initial_motion(c, setup, motion, error)
+    type(case_type), intent(in) :: c
+    type(setup_type), intent(in) :: setup
+    type(motion_type), intent(out) :: motion
+    type(error_type), allocatable, intent(out) :: error
+
+    motion%q = setup%equilibrium + [c%y, c%z, c%roll]
+    motion%v = [c%vy, c%vz, c%roll_rate]
+    if (c%roll_link == 'rails') motion%v(3) = roll_rate_on_rails(c, setup)
+    if (ieee_is_nan(motion%v(3))) call refuse(error, 'a wheelset that can stand on both rails, for roll_link = ''rails''', &
+      'that it cannot', group='initial', variable='Y', detail=' = '//str(c%y)//' m', rest='; choose a Y nearer to 0')
+  end subroutine initial_motion
 
   !> Make one step, in parts where it is cut.
   subroutine elastic_step(integrator, motion, monitor, dt, error)

@@ -32,7 +32,7 @@ def test_modules_and_procedures_are_of_a_size_to_hold_in_the_head():
 
 PACKAGE = Path(ldbench.__file__).parent
 ROOMS = ("_core", "constants", "number_text", "tools", "case", "conicity", "pressure", "profiles", "bodies", "run_curve", "table",
-         "results", "geometry", "plots", "profile", "viewer", "runs", "ensembles", "trust", "report", "commands", "__main__")
+         "results", "geometry", "plots", "profile", "viewer", "runs", "fmu", "ensembles", "trust", "report", "commands", "__main__")
 
 
 def dotted(path: Path) -> str:

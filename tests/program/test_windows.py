@@ -1,12 +1,14 @@
 """The executable for Windows under wine: `make test-windows`, which also runs the ten inputs and the refusals."""
 from __future__ import annotations
 
+import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from running import HANG, LDBENCH, REPO, WINDOWS, rows, run_case, short_case
+from running import HANG, LDBENCH, REPO, WINDOWS, columns, rows, run_case, short_case
 
 pytestmark = pytest.mark.skipif(not WINDOWS, reason="only by make test-windows")
 
@@ -68,3 +70,21 @@ def test_shipped_files_are_found_beside_the_executable(tmp_path: Path):
     assert (done.returncode, done.stderr) == (0, "") and (tmp_path/"columns.txt").is_file()
     done = subprocess.run([LDBENCH, "inputs\\none.nml"], cwd=tmp_path, capture_output=True, text=True, timeout=HANG)
     assert done.returncode == 1 and "; looked for in the working folder, in " in done.stderr
+
+
+def test_a_program_calls_the_library(tmp_path: Path):
+    """The client in C with libldbench.dll beside it, which needs no other library, moves as the executable does."""
+    library = REPO/"build/windows/lib/libldbench.dll"
+    headers = subprocess.run(["x86_64-w64-mingw32-objdump", "-p", library], capture_output=True, text=True, check=True).stdout
+    assert {line.split()[-1] for line in headers.splitlines() if "DLL Name:" in line} == {"KERNEL32.dll", "msvcrt.dll"}
+    shutil.copy(library, tmp_path)
+    subprocess.run(["x86_64-w64-mingw32-gcc", REPO/"docs/plug/client.c", f"-I{REPO/'fortran/library'}", library, "-o",
+                    tmp_path/"client.exe"], check=True)
+    profiles = {f"{what}_profile": windows_path(REPO/f"profiles/a{what[0]}prof.yz") for what in ("wheel", "rail")}
+    output = {"file": "columns.txt", "interval": 1e-3, "rows": "interval"}
+    (tmp_path/"case.nml").write_text(text := short_case(tmp_path, profiles=profiles, output=output))
+    assert run_case(text, tmp_path, cwd=tmp_path).returncode == 0
+    done = subprocess.run(["wine", "client.exe", "case.nml", "1e-3"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    found = np.array([line.split() for line in done.stdout.splitlines()], float)
+    expected = columns(tmp_path/"columns.txt")["Y"]
+    assert found[:2, 1] == pytest.approx(expected[:2], abs=1e-12) and found[1, 1] > 1e-4

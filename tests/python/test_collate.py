@@ -22,6 +22,7 @@ from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
 from ldbench_round import check, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
+from ldbench_round.contact_groups import FILE as GROUPS_FILE, write_groups
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC, find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
 from ldbench_round.scores import GRADED, Score
@@ -416,3 +417,33 @@ def test_grades_are_rows_of_the_table(graded: Collation, collated: Collation, tm
 def test_no_cell_of_a_table_is_a_formula(tmp_path: Path):
     write_frame(pd.DataFrame({"code": ["=1+1", "@x", "-2e-3", "-", "+a"]}), tmp_path/"formulas.csv")
     assert list(pd.read_csv(tmp_path/"formulas.csv").code) == ["'=1+1", "'@x", "-2e-3", "-", "'+a"]
+
+
+def test_given_contact_is_beside_own_contact(codes: Path, written: Path, own: None, tmp_path: Path):
+    """Three codes with their own forces, two of them with one given force: the latter differ by their rows alone."""
+    (tmp_path/"kept").mkdir()
+    assert not write_groups(collate(codes, tmp_path/"kept", 2), tmp_path/GROUPS_FILE) and not (tmp_path/GROUPS_FILE).exists()
+    for code, name in (BORA, "Adams given"), (KINEMA, "Contura given"):
+        shutil.copytree(written/code.name, codes/name)
+        with (codes/name/"submission.toml").open("a") as file:
+            file.write('contact_force = "given"\n')
+    found = collate(codes, tmp_path/"kept", 2)
+    assert found.lines() == [] and write_groups(found, tmp_path/GROUPS_FILE)
+    table = pd.read_csv(tmp_path/GROUPS_FILE).set_index(["simulation", "number"])
+    first = table.loc[(FAST.name, "t_first_LF")]
+    peak = table.loc[(FAST.name, "first_peak_N_LF")]
+    planted = {code.name: found.value(code, FAST, "first_peak_N_LF") for code in found.codes}
+    assert (peak.own_codes, peak.given_codes, peak.unit) == (3, 2, "N")
+    assert peak.own_spread == pytest.approx(planted["Adams"] - planted["Contura"]) and peak.own_median == planted["Bora"]
+    assert peak.given_median == pytest.approx((planted["Adams given"] + planted["Contura given"])/2)
+    assert peak.given_less_own == pytest.approx(peak.given_median - peak.own_median)
+    assert first.given_spread < 1e-3 and peak.own_spread > 0.05*peak.own_median
+    assert table.loc[("ex1_aw", "t_return")].given_codes == 0
+
+
+def test_a_contact_force_is_own_or_given(codes: Path, tmp_path: Path):
+    with (codes/"Bora/submission.toml").open("a") as file:
+        file.write('contact_force = "theirs"\n')
+    bora = next(code for code in find_submissions(codes)[0] if code.name == "Bora")
+    assert bora.remarks == ("submission.toml: contact_force: expected own or given, found theirs",)
+    assert "contact_force" not in bora.facts

@@ -115,7 +115,7 @@ def code_table(found: Collation) -> Table:
     header = ["folder", *(key.replace("_", " ") for key in FACTS), "files"]
     rows = [[code.name, *(code.facts.get(key, "–") for key in FACTS),
              str(sum(not one.error for task in found.tasks if (one := found.entry(code, task))))] for code in found.codes]
-    return Table("The codes, as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.7, 1.5, 1.2, 1.8, 1.0, 1.2, 1.2, 0.4],
+    return Table("The codes, as submission.toml tells", header, rows, [1.2, 1.1, 0.7, 1.6, 1.4, 1.0, 1.7, 0.9, 0.7, 1.1, 1.2, 0.4],
                  tuple(range(len(header) - 1)))
 
 

@@ -26,10 +26,13 @@ LONGEST_FACT = 200                  # [characters]
 MOST_REMARKS = 10                   # about the keys of a description
 FORMULATIONS = "elastic", "constraint", "rigid", "unilateral", "bilateral"     # of which a description says one
 
+FORCE = "contact_force"
+CONTACT_FORCES = "own", "given"     # of which a description says one
+
 #: The keys of a description, all optional, and what they are in words.
 FACTS = {"code": "code", "version": "version", "authors": "authors", "formulation": "formulation of contact",
          "restitution": "restitution of rigid contacts", "law": "law of the normal force", "step": "time step [s]",
-         "machine": "machine", "processor_time": "processor time [s]"}
+         FORCE: "contact force", "machine": "machine", "processor_time": "processor time [s]"}
 MAP = "map"
 #: Keys that `submit` reads and tables of codes do not show.
 SENT = "organisation", "email", "plots", "abstract"
@@ -153,7 +156,7 @@ def told_facts(told: Mapping[str, Any], remarks: list[str]) -> Iterator[tuple[st
     if len(unknown) > MOST_REMARKS:
         remarks.append(f"{DESCRIPTION}: and {len(unknown) - MOST_REMARKS} more keys that are unknown")
     for key, value in ((key, told[key]) for key in FACTS if key in told):
-        parts = value if isinstance(value, list) and key not in ("formulation", "restitution") else [value]
+        parts = value if isinstance(value, list) and key not in ("formulation", "restitution", FORCE) else [value]
         fine, expected = EXPECTED.get(key, (lambda x: isinstance(x, str) or is_number(x), "words, a number or a list of them"))
         if key == "processor_time" and isinstance(value, Mapping):
             yield key, f"{sum(x for x in value.values() if is_size(x)):.4g}"
@@ -177,6 +180,7 @@ def is_size(x: object) -> TypeGuard[float]:
 EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
     "formulation": (lambda x: isinstance(x, str) and any(word in x[:LONGEST_FACT].lower() for word in FORMULATIONS),
                     "elastic or constraints"),
+    FORCE: (lambda x: x in CONTACT_FORCES, " or ".join(CONTACT_FORCES)),
     "restitution": (lambda x: is_size(x) and x <= 1, "a number from 0 to 1"),
     "step": (lambda x: isinstance(x, str) or (is_size(x) and x > 0), "a time in seconds"),
     "processor_time": (lambda x: isinstance(x, str) or is_size(x), "a time in seconds")}

@@ -6,45 +6,21 @@ module handles
   use case, only: case_type, list_variables, text_length, variable_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use curve, only: curve_frame, curve_type
-  use errors, only: error_type, refuse
+  use errors, only: error_type
   use kinds, only: dp
-  use places, only: find_file, places_type
+  use places, only: places_type
+  use prepared_cases, only: adapt, finished_type, located, prepare_located, prepared_type, release, simulate_prepared
   use progress, only: monitor_type
   use column_files, only: begin_columns, column_file, finish_columns
-  use row_sink, only: row_writer
-  use run_monitor, only: run_type
-  use run_setup, only: place_sides, set_wheelset, setup_type
-  use run_tables, only: free_tables, keep_tables
-  use simulation, only: prepare, simulate
+  use run_setup, only: place_sides, setup_type
   use station_scan, only: scan_type, set_depth, touch
-  use text, only: checksum, line_type, read_lines, str
+  use text, only: str
   use wheel_rail_pair, only: pair_type, rolled
   implicit none
   private
   public :: prepared_type, new_prepared, prepared_at, free_prepared_at, prepare_located, adapt
   public :: prepare_rigid, finished_type, new_run, run_at, free_run_at, simulate_watched, write_finished
   public :: export_case, import_case, import_places, give, give_error, outline, wheel_contact
-
-  !> A case, ready to be integrated.
-  type :: prepared_type
-    type(case_type) :: c
-    type(setup_type) :: setup
-    logical :: owns_table = .false.
-  end type prepared_type
-
-  !> All rows, in memory.
-  type, extends(row_writer) :: row_list
-    integer :: n = 0
-    real(dp), allocatable :: values(:, :)   !! (column, row), the first n of them
-  contains
-    procedure :: write_row
-  end type row_list
-
-  !> A run with its rows.
-  type, extends(run_type) :: finished_type
-    type(row_list) :: kept
-    type(error_type), allocatable :: warning   !! contact tables could not be kept
-  end type finished_type
 
   !> Tells how far the work is, and is told to stop, through memory of the caller's.
   type, extends(monitor_type) :: shared_monitor
@@ -68,48 +44,6 @@ contains
     progress(2) = share
     this%stop = stop_asked(1) /= 0
   end subroutine report
-
-  !> A case by the paths where its profiles and bodies are.
-  type(case_type) function located(c, paths)
-    type(case_type), intent(in) :: c
-    character(*), intent(in) :: paths          !! text_length characters each
-    character(text_length) :: path(5)
-
-    path = transfer(paths(:5*text_length), path)
-    located = c
-    located%wheel_profile = path(1)
-    located%rail_profile = path(2)
-    located%wheel_profile_right = path(3)
-    located%rail_profile_right = path(4)
-    located%bodies = path(5)
-  end function located
-
-  !> The names of profiles as the case has them.
-  subroutine rename(c, setup)
-    type(case_type), intent(in) :: c
-    type(setup_type), intent(inout) :: setup
-
-    setup%wheel(1)%file = trim(c%wheel_profile)
-    setup%rail(1)%file = trim(c%rail_profile)
-    setup%wheel(2)%file = trim(merge(c%wheel_profile, c%wheel_profile_right, c%wheel_profile_right == ''))
-    setup%rail(2)%file = trim(merge(c%rail_profile, c%rail_profile_right, c%rail_profile_right == ''))
-  end subroutine rename
-
-  !> `prepare` of the core.  The files are those of `c`, by the paths given here; the case keeps the names as its namelist has
-  !> them.
-  subroutine prepare_located(p, c, paths, error)
-    type(prepared_type), intent(inout) :: p
-    type(case_type), intent(in) :: c
-    character(*), intent(in) :: paths
-    type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: ignored
-
-    p%c = c
-    call prepare(located(c, paths), p%setup, error)
-    p%owns_table = .true.
-    call rename(c, p%setup)
-    if (.not. allocated(error) .and. c%formulation == 'elastic') call keep_tables(c, p%setup, ignored)
-  end subroutine prepare_located
 
   !> Profiles in their places, zones and clearance of a case, whose files are found by the paths given here.
   subroutine prepare_rigid(p, c, paths, error)
@@ -205,47 +139,6 @@ contains
     z = z + (depth(i) + t*(depth(i + 1) - depth(i - 1))/4)/normal(2, i)
   end subroutine sharpen
 
-  !> A case with the contact table of another, `from`, which must have the same geometry and material, and must stay as long as
-  !> this one.
-  subroutine adapt(p, from, c, paths, error)
-    type(prepared_type), intent(inout) :: p
-    type(prepared_type), intent(in) :: from
-    type(case_type), intent(in) :: c
-    character(*), intent(in) :: paths
-    type(error_type), allocatable, intent(out) :: error
-
-    p%c = c
-    associate (found => located(c, paths))
-      call same_file(found%wheel_profile, 'profile', from%setup%wheel(1)%checksum)
-      call same_file(found%rail_profile, 'profile', from%setup%rail(1)%checksum)
-      call same_file(merge(found%wheel_profile, found%wheel_profile_right, found%wheel_profile_right == ''), 'profile', &
-        from%setup%wheel(2)%checksum)
-      call same_file(merge(found%rail_profile, found%rail_profile_right, found%rail_profile_right == ''), 'profile', &
-        from%setup%rail(2)%checksum)
-      if (from%setup%bodies_sum /= '') call same_file(found%bodies, 'file of bodies', from%setup%bodies_sum)
-    end associate
-    if (allocated(error)) return
-    p%setup = from%setup
-    call rename(c, p%setup)
-    call set_wheelset(c, p%setup, error)
-
-  contains
-
-    subroutine same_file(path, what, sum)
-      character(*), intent(in) :: path, what, sum
-      type(line_type), allocatable :: lines(:)
-      character(:), allocatable :: there
-
-      if (allocated(error)) return
-      call find_file(c%places, trim(path), there, error)
-      if (.not. allocated(error)) call read_lines(there, lines, error)
-      if (allocated(error)) return
-      if (checksum(lines) /= sum) call refuse(error, 'the '//what//' of the contact table, CRC-32 '//sum, checksum(lines), &
-        trim(path))
-    end subroutine same_file
-
-  end subroutine adapt
-
   subroutine simulate_watched(p, run, progress, stop_asked, error)
     type(prepared_type), intent(in) :: p
     type(finished_type), intent(inout) :: run
@@ -256,8 +149,7 @@ contains
 
     watcher%progress => progress
     watcher%stop_asked => stop_asked
-    call simulate(p%c, p%setup, run%kept, run%run_type, error, watcher)
-    if (.not. allocated(error) .and. p%c%formulation == 'elastic') call keep_tables(p%c, p%setup, run%warning)
+    call simulate_prepared(p, run%kept, run%run_type, run%warning, error, watcher)
   end subroutine simulate_watched
 
   !> Write the column file of a run.
@@ -395,7 +287,7 @@ contains
     type(prepared_type), pointer :: p
 
     p => prepared_at(handle)
-    if (p%owns_table) call free_tables(p%setup)
+    call release(p)
     deallocate (p)
   end subroutine free_prepared_at
 
@@ -421,26 +313,5 @@ contains
     run => run_at(handle)
     deallocate (run)
   end subroutine free_run_at
-
-  subroutine write_row(this, row, error)
-    class(row_list), intent(inout) :: this
-    real(dp), intent(in) :: row(:)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: grown(:, :)
-    integer :: stat
-
-    if (.not. allocated(this%values)) allocate (this%values(size(row), 1024))
-    if (this%n == size(this%values, 2)) then
-      allocate (grown(size(row), 2*this%n), stat=stat)
-      if (stat /= 0) then
-        call refuse(error, 'memory for '//str(2*this%n)//' rows', 'less')
-        return
-      end if
-      grown(:, :this%n) = this%values
-      call move_alloc(grown, this%values)
-    end if
-    this%n = this%n + 1
-    this%values(:, this%n) = row
-  end subroutine write_row
 
 end module handles

@@ -29,6 +29,7 @@ COMMANDS = {
     "report": "run the ten cases, write columns, plots, abstract and summary",
     "view": "column files as an interactive page, a film or a picture",
     "ensemble": "run a case over many values of its variables, in threads or on a Dask cluster",
+    "fmu": "write a case as an FMU for other simulators",
     "store": "list what ensembles keep beside a store, or remove it",
     "variables": "list the variables of a namelist",
 }

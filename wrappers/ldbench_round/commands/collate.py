@@ -1,10 +1,12 @@
 """Collate the submissions of a round: one table, one document and one page of all codes.
 
 The folder has a folder for each code: files whose names say the simulation, such as ex2_aw.csv, and a description
-submission.toml: code, version, authors, formulation, restitution, law, step, machine, processor_time, map (all optional).
+submission.toml: code, version, authors, formulation, restitution, law, step, contact_force, machine, processor_time, map (all
+optional).
 Without a map the command guesses the columns, as `check` does. With --reference every file is scored and graded, as `score`
 does; a code that states its restitution is scored against our own run with rigid contacts if the reference is elastic.
-Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html. DIR/.ldbench keeps what was read, so
+Results: collation.csv (code, simulation, number, value), collation.pdf and collation.html; with codes whose contact_force is
+"given", contact_forces.csv: medians and spreads of these codes and of the others. DIR/.ldbench keeps what was read, so
 that a late submission costs its own files alone. A line is printed for each file that could not be used.
 
 examples:
@@ -24,6 +26,7 @@ from ldbench.tools import counted, kept_in, make_results_folder
 from ..collation import collate, write_csv
 from ..collation_html import make_page
 from ..collation_pdf import make_document
+from ..contact_groups import FILE, write_groups
 from ..kept_entries import find_references
 
 
@@ -52,6 +55,8 @@ def main(args: argparse.Namespace) -> int:
     write_csv(found, files[0])
     make_document(found, files[1])
     make_page(found).write(files[2])
+    if write_groups(found, args.output/FILE):
+        files.append(args.output/FILE)
     print(f"{counted(len(found.codes), 'code')}, {found.used} of {len(found.entries)} files used, {len(found.computed)} read")
     print("\n".join(str(file) for file in files))
     return 0

@@ -1,0 +1,142 @@
+"""FMUs: valid by FMPy, and the same motion by another integrator and by our own."""
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+
+import ldbench
+from fmpy_client import rows
+from ldbench.__main__ import main
+from ldbench.fmu import BINARIES, write_fmu
+from ldbench_library import passages
+from running import kept_tables
+
+
+@pytest.fixture(scope="module")
+def case() -> ldbench.Case:
+    return ldbench.Case.exercise(2).replace(table_folder=kept_tables(), t_end=0.15)
+
+
+@pytest.fixture(scope="module")
+def fmus(case: ldbench.Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if not (BINARIES/"linux64/wheelset.so").is_file():
+        pytest.skip("no binary of FMUs, which `make fmu` makes by gfortran alone")
+    folder = tmp_path_factory.mktemp("fmus")
+    write_fmu(case, folder/"wheelset.fmu")
+    write_fmu(case, folder/"contact.fmu", contact=True)
+    return folder
+
+
+@pytest.mark.parametrize("model", ["wheelset", "contact"])
+def test_it_is_valid(model: str, fmus: Path):
+    assert validate_fmu(fmus/f"{model}.fmu") == []
+
+
+def test_it_is_the_same_bytes_again(fmus: Path, case: ldbench.Case, tmp_path: Path):
+    write_fmu(case, tmp_path/"again.fmu")
+    assert (tmp_path/"again.fmu").read_bytes() == (fmus/"wheelset.fmu").read_bytes()
+
+
+@pytest.mark.parametrize(("kind", "bound"), [("ModelExchange", 1e-7), ("CoSimulation", 1e-8)])
+def test_the_centre_is_passed_at_the_same_time(kind: str, bound: float, fmus: Path, case: ldbench.Case):
+    events = [event.t for event in ldbench.run(case).events if event.kind == "centre passage"]
+    assert passages(*rows(str(fmus/"wheelset.fmu"), kind)[:3]) == pytest.approx(events, abs=bound)
+
+
+def test_parameters_are_those_of_the_namelist(fmus: Path, case: ldbench.Case):
+    other = case.replace(vY=0.3, mass=2000, lateral_force=5e3, rows="interval", interval=1e-3, t_end=0.03, stop_at="t_end")
+    found = simulate_fmu(fmus/"wheelset.fmu", fmi_type="CoSimulation", stop_time=0.03, output_interval=1e-3,
+                        output=["y", "vy", "N_RT"],
+                        start_values={"initial.vY": 0.3, "wheelset.mass": 2000.0, "loading.lateral_force": 5e3})
+    data = ldbench.run(other).data
+    assert found["y"] == pytest.approx(data["Y"].to_numpy(), abs=1e-9)
+    assert found["vy"] == pytest.approx(data["vY"].to_numpy(), abs=1e-6)
+    assert found["N_RT"] == pytest.approx(data["N_RT"].to_numpy(), rel=1e-4)
+
+
+def test_contact_gives_the_program_s_force(fmus: Path, case: ldbench.Case):
+    data = ldbench.run(case).data
+    row = data.iloc[data["N_LF"].argmax()]
+    table = ldbench.ContactTable(case)
+    pose = row["Y"], row["Z"] + table.equilibrium, row["roll"]
+    found = simulate_fmu(fmus/"contact.fmu", fmi_type="CoSimulation", stop_time=1e-3, output_interval=1e-3,
+                        start_values=dict(zip(("y", "z", "roll"), pose, strict=True)), output=["F_y", "F_z", "M_x", "N_LF"])
+    assert [found[name][-1] for name in ("F_y", "F_z", "M_x")] == table.force(*pose).tolist()
+    assert found["N_LF"][-1] == pytest.approx(row["N_LF"], rel=1e-9)
+
+
+def test_eight_instances_at_once_have_the_same_bits(fmus: Path):
+    def work(_: int) -> bytes:
+        found = simulate_fmu(fmus/"wheelset.fmu", fmi_type="CoSimulation", stop_time=0.03, output_interval=1e-3,
+                            output=["y", "N_LF"])
+        return found.tobytes()
+
+    with ThreadPoolExecutor(8) as pool:
+        assert len(set(pool.map(work, range(8)))) == 1
+
+
+def test_a_state_is_given_back(fmus: Path, tmp_path: Path):
+    folder, about = extract(fmus/"wheelset.fmu", tmp_path), read_model_description(fmus/"wheelset.fmu")
+    model = FMU2Slave(guid=about.guid, unzipDirectory=folder, modelIdentifier="wheelset", instanceName="one")
+    model.instantiate()
+    model.setupExperiment()
+    model.enterInitializationMode()
+    model.exitInitializationMode()
+    state = model.getFMUState()
+    bytes_of_it = model.serializeFMUState(state)
+    model.doStep(0.0, 1e-2)
+    there = model.getReal([0, 1, 2, 3, 4, 5])
+    model.setFMUState(model.deserializeFMUState(bytes_of_it))
+    assert model.getReal([0]) == [0.0]
+    model.doStep(0.0, 1e-2)
+    assert model.getReal([0, 1, 2, 3, 4, 5]) == there and np.isfinite(there).all()
+    model.terminate()
+    model.freeInstance()
+
+
+def test_it_runs_without_the_libraries_of_the_compiler(fmus: Path, tmp_path: Path):
+    """Only the C library and the libraries inside are asked for."""
+    with zipfile.ZipFile(fmus/"wheelset.fmu") as archive:
+        archive.extractall(tmp_path)
+    folder = tmp_path/"binaries/linux64"
+    said = subprocess.run(["ldd", folder/"wheelset.so"], capture_output=True, text=True, check=True,
+                          env={**os.environ, "LD_LIBRARY_PATH": ""}).stdout
+    needed = {line.split()[0]: line.split()[2] for line in said.splitlines() if "=>" in line}
+    own = {name: Path(path).parent for name, path in needed.items() if not name.startswith(("libc.", "libm.", "libpthread"))}
+    assert len(own) >= 3 and set(own.values()) == {folder}
+    assert "not found" not in said
+
+
+def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    ldbench.Case.exercise(2).replace(formulation="bilateral").to_namelist(tmp_path/"rigid.nml")
+    rigid, fmu, archive = (str(tmp_path/name) for name in ("rigid.nml", "a.fmu", "a.zip"))
+    for words, status, told in ((["none.nml"], 1, "none.nml"), ([rigid, "-o", fmu], 1, "'elastic'"), ([], 2, "required"),
+                                (["inputs/ex2_aw.nml", "-o", archive], 1, "with the ending .fmu")):
+        assert main(["fmu", *words]) == status
+        assert told in capsys.readouterr().err
+    assert not list(tmp_path.glob("a.*"))
+
+
+def test_an_installation_without_binaries_says_what_to_do(case: ldbench.Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A wheel has none."""
+    monkeypatch.setattr("ldbench.fmu.BINARIES", tmp_path/"none")
+    with pytest.raises(ldbench.Error, match=r"none: expected binaries of FMUs, which `make fmu` makes in a folder of the sources"):
+        write_fmu(case, tmp_path/"a.fmu")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_client_runs(fmus: Path):
+    from fmpy_client import __file__ as client
+    said = subprocess.run([sys.executable, client, fmus/"wheelset.fmu"], capture_output=True, text=True, check=True,
+                          env={**os.environ, "PYTHONPATH": ""}).stdout
+    assert [line.split()[0] for line in said.splitlines()] == ["ModelExchange", "CoSimulation"]
