@@ -1,5 +1,6 @@
 !> Steps of a case's integrator for a program that keeps the motion itself.
 module motion_steps
+  use, intrinsic :: iso_fortran_env, only: int64
   use cut_steps, only: cut_step, cutting_type, step_watcher
   use errors, only: error_type, fatal_error, refuse
   use integrators, only: evaluate_contacts, integrator_type, step_diverged, step_ok
@@ -10,6 +11,8 @@ module motion_steps
   implicit none
   private
   public :: advance_motion, refuse_pose
+
+  real(dp), parameter :: most_steps = 1e15_dp    !! that are counted without rounding
 
   !> Remembers how short steps had to be.
   type, extends(step_watcher) :: shortest_step
@@ -31,12 +34,18 @@ contains
     type(cutting_type) :: cutting
     type(motion_type) :: motion
     type(shortest_step) :: watcher
-    integer :: n, i, ended
+    integer(int64) :: n, i
+    integer :: ended
 
     associate (c => p%c)
       integrator = integrator_type(c%order, c%beta, c%gamma, c%tolerance, c%max_iterations)
       cutting = cutting_type(c%error_tolerance, c%energy_tolerance, c%max_halvings)
-      n = max(1, ceiling((t_next - t)/c%dt*(1 - 1e-9_dp)))
+      left_table = .false.
+      if (t_next - t > most_steps*c%dt) then
+        call refuse(error, 'a time at most '//str(most_steps)//' steps of &integrator dt ahead', str(t_next - t)//' s')
+        return
+      end if
+      n = max(1_int64, ceiling((t_next - t)/c%dt*(1 - 1e-9_dp), int64))
     end associate
     motion%t = t
     motion%q = q

@@ -62,6 +62,7 @@ static void contacts(int64_t handle) {
   EXPECT(ldbench_advance(handle, 0, pose, NULL, 1e-3, M), REFUSED, "velocity: expected an address");
   EXPECT(ldbench_advance(handle, 1, pose, velocity, 0, M), REFUSED, "a time after");
   EXPECT(ldbench_advance(handle, 0, pose, velocity, NAN, M), REFUSED, "finite");
+  EXPECT(ldbench_advance(handle, 0, pose, velocity, 1e300, M), REFUSED, "steps of &integrator dt");
   velocity[1] = -1e5;
   EXPECT(ldbench_advance(handle, 0, pose, velocity, 1e-3, M), OUTSIDE, "a pose within the extent of &table");
   if (memcmp(pose, facts.held, sizeof pose) != 0) expect(__LINE__, 1, 0, "the pose of before");
