@@ -66,7 +66,7 @@ def of_report() -> Values:
     kept = json.loads(formulations.kept_file(OUTPUTS).read_text())
     values |= of_formulations([formulations.Outcome(**outcome) for outcome in kept])
 
-    products = "ldbench_plots.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
+    products = "ldbench_plots.pdf", "ldbench_extras.pdf", "ldbench_abstract.pdf", "ldbench_results.html", "summary.csv"
     values["size.report [MB]"] = megabytes([
         *(OUTPUTS/f"{case}.txt" for case in CASES), *(OUTPUTS/"tables").iterdir(), *(OUTPUTS/name for name in products),
         *(file for file in formulations.kept_file(OUTPUTS).parent.iterdir() if file.suffix != ".stamp")])

@@ -27,7 +27,7 @@ from ldbench.runs import compute
 from running import CASES, REPO, kept_tables
 from specimen import World
 
-SENT = {"ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
+SENT = {"ldbench_plots.pdf", "ldbench_extras.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
 KEPT = {"formulations.json", "trust.json"}
 LONG_AGO = 10**9      # [s]
 
@@ -51,7 +51,7 @@ def remake() -> set[str]:
         if file.is_file() and file.suffix != ".stamp":
             os.utime(file, (LONG_AGO, LONG_AGO))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(submission, "drawing", lambda runs, target, *rest: nullcontext(lambda: target.write_text("plots")))
+        patch.setattr(submission, "drawing", lambda *given: nullcontext(lambda target: target.write_text("plots")))
         patch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
         make_report(Path("inputs"), Path("outputs"), jobs=2)
     return {file.name for file in Path("outputs").rglob("*") if file.is_file() and file.suffix not in (".stamp", ".table")

@@ -166,9 +166,24 @@ def in_a_table(text: str, world: World, label: str, pressed: dict[str, tuple[str
 
 
 def test_summary_page(world: World):
-    text = world.sheets("Summary: ")["summary"]
-    labels = [*in_a_table(text, world, "words"), r"of 8 twins|up to 3 µm|than 0\.1 %", r"at Y = 0;"]
+    text = world.sheets("Table of results: ")["table of results"]
+    labels = [*in_a_table(text, world, "brief", {}), *pressures(text, world), r"of 8 twins|up to 3 µm|than 0\.1 %", r"at Y = 0"]
     assert re.search("^ *ex2_aw ex5_aw$", text, re.MULTILINE) and differing(text, [], world, labels) == []
+
+
+def pressures(text: str, world: World) -> list[str]:
+    """The largest pressures of first contacts are those of summary.csv, which go with the forces; their labels."""
+    labels = []
+    for contact in PRESSED:
+        words = f"peak pressure, {WORDS[contact]} [MPa]"
+        for cell, name in zip(cells(text, words), NAMES, strict=True):
+            spread, row = chaotic(world, name, f"pmax_{contact}"), next(
+                row for row in csv_rows(world) if row["case"] == name and row["of"] == "run")
+            known = row[f"pmax_{contact} [Pa]"]
+            truth = spread[1] if spread else float(known) if known else None
+            assert agree(cell, None if truth is None else 1e-6*truth, 0.0, bool(spread)), (words, name)
+        labels.append(rf"^{re.escape(words)} .*$")
+    return labels
 
 
 def test_table_of_the_results_page(world: World):
@@ -221,12 +236,12 @@ def test_page_facts(world: World):
 def test_every_number_in_the_words_of_the_pages(name: str, world: World):
     """Each number is a setting, or follows from the rows, or is a label."""
     sheets, raw = world.sheets(f"Exercise {name[2]}, actual profiles (left), simplified profiles (right): "), world.raw(name)
-    assert len(sheets) == (5 if name == "ex2_aw" else 6)
+    assert len(sheets) == (6 if name == "ex2_aw" else 8)
     for title, text in sheets.items():
         lines, labels = table.words_of_a_page(raw, text)
         assert differing(text, lines, world, labels) == [], title
     # Forces and angles above the cross-sections: first contact of either flange, in exercise 5 also the hardest one.
-    shown = re.findall(r"^(left|right): (.*)$", sheets["impacts of flanges"], re.MULTILINE)
+    shown = re.findall(r"^(left|right): (.*)$", sheets["more pages: impacts of flanges"], re.MULTILINE)
     places = [(at, side) for at in table.pictured(raw) for side in ("left", "right")]
     for (at, expected), (side, words) in zip(places, shown, strict=True):
         closed = [(part, c) for part, c in (("tread", f"{side[0].upper()}T"), ("flange", f"{side[0].upper()}F"))
