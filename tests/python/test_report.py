@@ -111,6 +111,11 @@ def test_abstract_of_ten_runs(world: World, tmp_path: Path):
 def test_authors_come_from_a_file(tmp_path: Path):
     file = tmp_path/"authors.toml"
     assert abstract.read_authors(file) == []
+    described = tmp_path/"submission.toml"
+    assert abstract.described_authors(described) == []
+    described.write_text('authors = ["A. Author", "B"]\norganisation = "Institute, Town"\n')
+    assert abstract.described_authors(described) == [
+        {"name": name, "affiliation": "Institute, Town"} for name in ("A. Author", "B")]
     file.write_text('[[author]]\nname = "A. Author"\naffiliation = "Institute, Town"\n[[author]]\nname = "B"\n')
     assert abstract.read_authors(file) == [
         {"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]

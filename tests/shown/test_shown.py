@@ -17,6 +17,7 @@ from browser import facts
 from ldbench.__main__ import main
 from ldbench.results.quantities import si_unit
 from ldbench.results.summary import summary_row
+from named_artists import check_pictures_of_pressure
 from raw import Raw
 from reading import Line, agree, differing, words_of
 from specimen import World
@@ -142,13 +143,15 @@ def in_a_table(text: str, world: World, label: str, pressed: dict[str, tuple[str
         below = iter(ranges(text, words))
         for name, cell in zip(NAMES, cells(text, words), strict=True):
             result, spread = RESULTS[key], chaotic(world, name, key)
-            if spread:
+            # The abstract does not take the end of a run that derails for a farthest place.
+            ended = label == "short" and key.startswith("farthest_") and name == "ex5_aw"
+            if spread and not ended:
                 for number, cell_of in zip(spread, (None, cell, None), strict=True):
                     assert cell_of is None or agree(cell_of, result.scale*number, 0.0, True), (name, key, cell, spread)
                 for number, end in zip((spread[0], spread[2]), next(below), strict=True):
                     assert agree(end, result.scale*number, 0.0, True), (name, key, end, spread)
                 continue
-            truth = result.truth(world.raw(name))
+            truth = None if ended else result.truth(world.raw(name))
             rough = name == "ex5_aw" or key.startswith(("approach", "drift", "first_impulse", "first_duration"))
             slack = result.slack if rough else min(result.slack, 1e-3)
             truth = None if truth is None else result.scale*truth
@@ -383,6 +386,7 @@ def test_pressure(contact: str, world: World, capsys: pytest.CaptureFixture[str]
     length, width, largest = map(float, re.search(r"integral: (\S+) mm x (\S+) mm, (\S+) MPa", said).groups())
     integral = float(re.search(r"patch (\S+) kN", said)[1])
     assert largest*np.pi*length*width/6 == pytest.approx(1e3*integral, rel=5e-3)
+    check_pictures_of_pressure(drawn[0], contact, (length, width, largest), force/area/FULLNESS[0])
     text = words_of(drawn[0])
     lines = [*table.words_of_a_page(raw, text)[0],
              Line(r"pressure at t = (\S+) s", "moment [s]", lambda w: raw.t[k]),

@@ -5,6 +5,7 @@ Those of the abstract have the size at which they are printed [in]: no letter ge
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -88,6 +89,8 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
 
 
 SHARES = 5, 95              # percentiles at the edges of a band
+# Lines that are told apart without their colours.
+RAMP_LINES = {"LF": CONTACT_LINES["LF"], "LT": CONTACT_LINES["LT"], "RT": replace(CONTACT_LINES["RT"], dashes=DOTTED, width=1.3)}
 STEPS = 130                 # intervals of the lateral force
 
 
@@ -101,9 +104,8 @@ def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
     for ax, own in zip(axes, ramps, strict=True):
         for run in own:
             rows = run.time < run.time[-1] - 1
-            for contact in ("LF", "LT", "RT"):
+            for contact, line in RAMP_LINES.items():
                 force, mean, low, high = percentiles(KN*run.values("F_ext")[rows], KN*run.values(f"Fz_{contact}")[rows])
-                line = CONTACT_LINES[contact]
                 names = f"Fz_{contact} [kN]", "F_ext [kN]"
                 shows(ax.fill_between(force, low, high, color=line.color, alpha=0.22, linewidth=0), *names, "percentiles", run.name)
                 curve, = ax.plot(force, mean, label=CONTACT_NAMES[contact], **line.kwargs())

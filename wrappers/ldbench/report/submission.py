@@ -51,13 +51,16 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
     """Make what is not up to date; the files of the submission."""
     needed("typst", "report")        # before the work, not after it
     cases = [case_job(case, outputs) for case in find_cases(inputs)]
-    signed = abstract.read_authors(Path(abstract.AUTHORS))
+    sources_of_authors = Path(abstract.AUTHORS), outputs/abstract.SUBMISSION
+    signed = abstract.read_authors(sources_of_authors[0]) or abstract.described_authors(sources_of_authors[1])
     make_results_folder(outputs)
     with tqdm(total=3*len(cases) + 7, desc="report", disable=None) as bar:
         def tell(job: Job, ran: bool) -> None:
             bar.update()
             bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
 
+        if not signed:
+            bar.write(f"warning: the abstract names no authors; expected them in {' or in '.join(map(str, sources_of_authors))}")
         run_stale(cases, jobs, force, tell)
         files = [job.product for job in cases]
         submitted = cache(lambda: [read_data(file) for file in files])
@@ -70,7 +73,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         variants = results.find_variants(files)
         sources = {
             plotted: [*files, *sampled], more: [*files, compared, kept_file(outputs)], summary: [*files, *sampled],
-            written: [*files, *sampled, compared, Path(abstract.AUTHORS)], shown: [*files, *sampled, *variants, kept_file(outputs)]}
+            written: [*files, *sampled, compared, *sources_of_authors], shown: [*files, *sampled, *variants, kept_file(outputs)]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
