@@ -10,7 +10,7 @@ from ldbench import Case
 from ldbench.constants import TAPE_CIRCLE
 from ldbench.geometry.contact_geometry import CURVE
 from ldbench.number_text import number_text
-from ldbench.plots.stretches import ENVELOPE_ROWS
+from ldbench.plots.stretches import SWINGS
 from ldbench.profiles import profile
 from ldbench.results.contact_intervals import CLOSED
 from ldbench.results.quantities import PAIRS
@@ -110,7 +110,7 @@ def output_table() -> str:
     """Limits by which output is made."""
     return table(("limit", "value"), (
         ("force above which a contact is closed in the rows of a file", shown(CLOSED, "N")),
-        ("rows above which plots draw a run as a band from smallest to largest value", f"{ENVELOPE_ROWS:,}")))
+        ("oscillations to a millimetre of paper, from which a curve is drawn as a band", shown(SWINGS/2, ""))))
 
 
 def check_table() -> str:

@@ -53,6 +53,7 @@ def test_the_centre_is_passed_at_the_same_time(kind: str, bound: float, fmus: Pa
     assert passages(*rows(str(fmus/"wheelset.fmu"), kind)[:3]) == pytest.approx(events, abs=bound)
 
 
+@pytest.mark.filterwarnings("ignore:&initial roll_rate. expected about")
 def test_parameters_are_those_of_the_namelist(fmus: Path, case: ldbench.Case):
     other = case.replace(vY=0.3, mass=2000, lateral_force=5e3, rows="interval", interval=1e-3, t_end=0.03, stop_at="t_end")
     found = simulate_fmu(fmus/"wheelset.fmu", fmi_type="CoSimulation", stop_time=0.03, output_interval=1e-3,

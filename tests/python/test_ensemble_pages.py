@@ -22,7 +22,9 @@ def sweep(over: dict[str, list[float]], n: int | None = None) -> xr.Dataset:
 
 
 def drawn(figure: Figure) -> dict[str, list[tuple[str, np.ndarray, np.ndarray]]]:
-    """Labels and points of the curves of a page, by the title of the panel."""
+    """Labels and points of the curves of a page, by the title of the panel; each says what it shows, in the unit of the title."""
+    for ax in figure.axes:
+        assert {vars(line)["shown"].y.partition("[")[2] for line in ax.get_lines()} == {ax.get_title(loc="left").partition("[")[2]}
     return {ax.get_title(loc="left"): [(line.get_label(), *map(np.asarray, line.get_data())) for line in ax.get_lines()]
             for ax in figure.axes}
 

@@ -11,7 +11,7 @@ import ldbench
 from invented import invented_run
 from ldbench import Event
 from ldbench.plots.impact import chosen_impacts
-from ldbench.plots.stretches import first_impact
+from ldbench.plots.stretches import BEFORE, first_contact
 from ldbench.report.differences import event_times
 from ldbench.results.contact_intervals import CLOSED
 from ldbench.results.derived import exchange
@@ -97,7 +97,9 @@ def test_everyone_tells_the_same_first_contact():
     assert (first.start, first.end, first.peak) == pytest.approx((0.02, 0.02 + PULSE, TOP + 0.9), abs=1e-6)
     assert [one.at_root for one in run.intervals("LF")] == [True, False, False]
     assert run.values("N_LF")[first.rows].min() > CLOSED and run.time[first.top] == first.t_peak
-    assert first_impact(run).start == pytest.approx(first.start - 0.6*first.duration, abs=1e-12)
+    window = first_contact(run, "LF")
+    assert (window.start, window.zero, window.opens) == pytest.approx(
+        (first.start - BEFORE*first.duration, first.start, first.end), abs=1e-12)
     on_page = next(event["t"] for event in event_entries(run) if "contact" in event["what"])
     assert {summary_row(run)["t_first_LF"], on_page, event_times(run)["first left flange contact"],
             numbers_of(run, Task(2, "aw"), [])["t_first_LF"].value} == {first.start}

@@ -27,7 +27,7 @@ from ldbench.runs import compute
 from running import CASES, REPO, kept_tables
 from specimen import World
 
-SENT = {"ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
+SENT = {"ldbench_plots.pdf", "ldbench_extras.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"}
 KEPT = {"formulations.json", "trust.json"}
 LONG_AGO = 10**9      # [s]
 
@@ -51,7 +51,7 @@ def remake() -> set[str]:
         if file.is_file() and file.suffix != ".stamp":
             os.utime(file, (LONG_AGO, LONG_AGO))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(submission, "drawing", lambda runs, target, *rest: nullcontext(lambda: target.write_text("plots")))
+        patch.setattr(submission, "drawing", lambda *given: nullcontext(lambda target: target.write_text("plots")))
         patch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
         make_report(Path("inputs"), Path("outputs"), jobs=2)
     return {file.name for file in Path("outputs").rglob("*") if file.is_file() and file.suffix not in (".stamp", ".table")
@@ -111,6 +111,11 @@ def test_abstract_of_ten_runs(world: World, tmp_path: Path):
 def test_authors_come_from_a_file(tmp_path: Path):
     file = tmp_path/"authors.toml"
     assert abstract.read_authors(file) == []
+    described = tmp_path/"submission.toml"
+    assert abstract.described_authors(described) == []
+    described.write_text('authors = ["A. Author", "B"]\norganisation = "Institute, Town"\n')
+    assert abstract.described_authors(described) == [
+        {"name": name, "affiliation": "Institute, Town"} for name in ("A. Author", "B")]
     file.write_text('[[author]]\nname = "A. Author"\naffiliation = "Institute, Town"\n[[author]]\nname = "B"\n')
     assert abstract.read_authors(file) == [
         {"name": "A. Author", "affiliation": "Institute, Town"}, {"name": "B", "affiliation": ""}]

@@ -36,26 +36,63 @@ COLUMNS = {
            ("contact angle", "angle", "°", DEG), ("lateral position", "y", "mm", MM), ("vertical position", "z", "mm", MM),
            ("rolling radius", "radius", "mm", MM))}}
 
-# The curves of the pages over time: label of the axis, then label of the curve, columns with + between them, and factor.
-MOTION = {words: {label: (column, factor)} for words, label, column, factor in (
-    ("lateral Y [mm]", "lateral Y", "Y", MM), ("dY/dt [m/s]", "dY/dt", "vY", 1), ("d²Y/dt² [m/s²]", "d²Y/dt²", "aY", 1),
-    ("vertical Z [mm]", "vertical Z", "Z", MM), ("dZ/dt [m/s]", "dZ/dt", "vZ", 1), ("d²Z/dt² [m/s²]", "d²Z/dt²", "aZ", 1),
-    ("roll Φ [mrad]", "roll Φ", "roll", 1e3), ("dΦ/dt [mrad/s]", "dΦ/dt", "roll_rate", 1e3),
-    ("d²Φ/dt² [rad/s²]", "d²Φ/dt²", "roll_acc", 1))}
-FORCES = {f"{words}, {side} wheel [kN]": {WORDS[c]: (f"{column}_{c}", KN) for c in (f"{side[0].upper()}T", f"{side[0].upper()}F")}
-          for words, column in (("normal N", "N"), ("vertical", "Fz"), ("lateral", "Fy")) for side in ("left", "right")}
-POINTS = {f"{words}, {part}s [{unit}]": {WORDS[c]: (f"{column}_{c}", -MM if c[0] == "R" and column == "y" else factor)
-                                         for c in (f"L{part[0].upper()}", f"R{part[0].upper()}")}
-          for words, unit, column, factor in (("angle", "°", "angle", DEG), ("rolling radius", "mm", "radius", MM),
-                                              ("outward y", "mm", "y", MM), ("z", "mm", "z", MM))
-          for part in ("tread", "flange")}
-ENERGIES = {"kinetic energy [J]": {"lateral": "KE_lat", "vertical": "KE_vert", "roll": "KE_roll"},
-            "potential energy [J]": {"gravity": "PE_grav", "vertical load": "PE_load", "elastic left": "PE_elastic_L",
-                                     "elastic right": "PE_elastic_R"},
-            "sums [J]": {"kinetic": "KE_lat+KE_vert+KE_roll", "potential": "PE_grav+PE_load+PE_elastic_L+PE_elastic_R"},
-            "drift [J]": {"drift": "E_drift"}}
-PANELS = {"motion": MOTION, "contact forces": FORCES, "contact points": POINTS,
-          "energy": {words: {label: (column, 1) for label, column in curves.items()} for words, curves in ENERGIES.items()}}
+# The rows of the sheets: label of the axis, then label of each curve and what it shows.
+def of_column(words: str, column: str) -> dict[str, dict[str, str]]:
+    unit = COLUMNS[words][1]
+    return {f"{words} [{unit}]": {words: f"{column} [{unit}]"}}
+
+
+def of_places(words: str, unit: str, column: str) -> dict[str, dict[str, str]]:
+    """A row for treads and one for flanges, y outwards."""
+    return {f"{words}, {part}s [{unit}]": {WORDS[c]: f"{'-' if column + c[0] == 'yR' else ''}{column}_{c} [{unit}]"
+                                           for c in (f"L{part[0].upper()}", f"R{part[0].upper()}")} for part in ("tread", "flange")}
+
+
+def of_wheels(words: str, unit: str, column: str) -> dict[str, dict[str, str]]:
+    return {f"{words}, {side} wheel [{unit}]": {WORDS[c]: f"{column}_{c} [{unit}]" for c in WORDS if c[0] == side[0].upper()}
+            for side in ("left", "right")}
+
+
+KINETIC = {"lateral": "KE_lat [J]", "vertical": "KE_vert [J]", "roll": "KE_roll [J]"}
+ELASTIC = {"elastic left": "PE_elastic_L [J]", "elastic right": "PE_elastic_R [J]"}
+SHEETS = {
+    "motions and velocities": {
+        **of_column("lateral displacement Y", "Y"), **of_column("vertical displacement Z", "Z"), **of_column("roll Φ", "roll"),
+        **of_column("lateral velocity", "vY"), **of_column("vertical velocity", "vZ"), **of_column("roll velocity", "roll_rate")},
+    "accelerations and contact angles": {
+        **of_column("lateral acceleration", "aY"), **of_column("vertical acceleration", "aZ"),
+        **of_column("roll acceleration", "roll_acc"), **of_places("contact angle", "°", "angle")},
+    "contact forces": {**of_wheels("normal force", "kN", "N"), **of_wheels("vertical force", "kN", "Fz"),
+                       **of_wheels("lateral force", "kN", "Fy")},
+    "positions, rolling radii, energies": {
+        **of_places("outward position", "mm", "y"), **of_places("vertical position", "mm", "z"),
+        **of_places("rolling radius", "mm", "radius"), "kinetic, elastic energy [J]": KINETIC | ELASTIC,
+        "potential energy [J]": {"gravity": "PE_grav [J]", "vertical load": "PE_load [J]",
+                                 "work of the lateral force": "W_ext [J]"},
+        "balance: energy drift [J]": {"balance: energy drift": "E_drift [J]"}}}
+# The panels of the other pages over time and over the lateral force, and of the pages of several runs.
+SIDES = {f"{side} wheel": side for side in ("left", "right")}
+PANELS = {
+    "N [kN]": {words: f"N_{c} [kN]" for c, words in WORDS.items()},
+    "contact angle [°]": {WORDS[c]: f"angle_{c} [°]" for c in ("LF", "RF")},
+    "velocity [m/s]": {"lateral": "vY [m/s]", "vertical": "vZ [m/s]"},
+    "acceleration [m/s²]": {"lateral": "aY [m/s²]", "vertical": "aZ [m/s²]"},
+    "energy [J]": KINETIC | {"elastic": "PE_elastic_L+PE_elastic_R [J]"},
+    "L/V": {words: f"L/V {side}" for words, side in SIDES.items()},
+    "vertical load [kN]": {words: f"Fz_{side[0].upper()}T+Fz_{side[0].upper()}F [kN]" for words, side in SIDES.items()},
+    "normal N [kN]": {WORDS[c]: f"N_{c} [kN]" for c in ("LT", "LF", "RT")},
+    "lateral Y [mm]": {"": "Y [mm]"}, "roll Φ [mrad]": {"": "roll [mrad]"},
+    "pressure [GPa]": {"": "pressure LF [GPa]"}, "patch area [mm²]": {"": "area LF [mm²]"},
+    "lateral velocity [m/s]": {"": "vY [m/s]"}, "vertical velocity [m/s]": {"": "vZ [m/s]"},
+    "roll velocity [mrad/s]": {"": "roll_rate [mrad/s]"},
+    "amplitude of Z [mm]": {"": "amplitude of Z [mm]"}, "amplitude of Φ [mrad]": {"": "amplitude of roll [mrad]"}}
+# Left is blue, right is red; flanges are lighter.
+COLOURS = {"LT": "#0072B2", "LF": "#56B4E9", "RT": "#D55E00", "RF": "#E69F00", "left": "#0072B2", "right": "#D55E00"}
+# The labels of horizontal axes, and what they show.
+ACROSS = {"time [s]": "time [s]", "frequency [Hz]": "frequency [Hz]", "lateral force [kN]": "F_ext [kN]",
+          "lateral displacement Y [mm]": "Y [mm]", "vertical displacement Z [mm]": "Z [mm]", "roll Φ [mrad]": "roll [mrad]"}
+PORTRAITS = {"lateral velocity [m/s]": "lateral displacement Y [mm]", "vertical velocity [m/s]": "vertical displacement Z [mm]",
+             "roll velocity [mrad/s]": "roll Φ [mrad]"}
 
 
 WAYS = ("Y", 1), ("Y", -1), ("Z", 1), ("Z", -1), ("roll", 1), ("roll", -1)      # of extremes
@@ -69,6 +106,12 @@ class Result(NamedTuple):
     scale: float
     short: str = ""             # of the abstract
     slack: float = 0.0          # as a share: rows may miss what happens between them
+
+    @property
+    def brief(self) -> str:
+        """The words of the table of results in the PDF; '' of what it leaves out."""
+        key = next(key for key, one in RESULTS.items() if one is self)
+        return BRIEF.get(key, self.words)
 
 
 def passage(k: int) -> Callable[[Raw], float | None]:
@@ -126,6 +169,16 @@ RESULTS: dict[str, Result] = {
                              0.05),
     "step": Result(lambda r: r.setting("dt"), "time step [µs]", 1e6),
     "t": Result(lambda r: r.t[-1], "end of the run [s]", 1)}
+# The words of the table of results in the PDF, where they are shorter; "" of what it leaves out.
+BRIEF = {
+    "t_first_LF": "first left flange contact [s]", "t_first_RF": "first right flange contact [s]",
+    "t_first_centre": "first passage of the centre [s]", "t_return": "return to the centre [s]",
+    "F_limit_left": "static limit of the lateral force [kN]", "F_unloaded": "lateral force, lift for good [kN]",
+    "farthest_left": "largest Y [mm]", "farthest_right": "smallest Y [mm]", "farthest_up": "largest Z [mm]",
+    "farthest_down": "smallest Z [mm]", "largest_roll": "largest Φ [mrad]", "smallest_roll": "smallest Φ [mrad]",
+    **{f"approach_{c}": f"approach, {WORDS[c]} [mm]" for c in ("LF", "RF")}, "pmax": "largest pressure [MPa]",
+    **{f"n_{side}_wheel_lift_off": f"lift-offs, {side} wheel" for side in ("left", "right")},
+    "drift_relative": "energy drift, relative", "step": "", "t": ""}
 # The pressure and the area of a patch must go with the force of the contact: N = 0.64 of pressure times area.
 PRESSED = {c: (f"peak pressure, first contact, {WORDS[c]} [MPa]", f"patch area, first contact, {WORDS[c]} [mm²]")
            for c in ("LF", "RF")}
@@ -319,7 +372,8 @@ def pictured(raw: Raw) -> list[int]:
 
 # Labels of pages of a run.
 PAGE_LABELS = [CRC, r"^Exercise \d, |(?<!^)Exercise \d, actual", r"ldbench \d\.\d\.\d", r"Nadal, friction (?:0\.3|0)",
-               r"friction 0 and 0\.3", r"longest of an instant is 40 mm", r"^(?:left|right): .*$"]      # test_page_of_impacts
+               r"friction 0 and 0\.3", r"at Y = 0; Φ > 0", r"longest of an instant is 40 mm",
+               r"^(?:left|right): .*$"]      # test_page_of_impacts
 IMPACT = r"^(?:left|right) flange {n} s {n} ms {n} kN {n}° {n} kN·s {n} J {n} → {n} J {n} → {n} J {n} → {n} J".format(n=r"(\S+)")
 
 
@@ -344,6 +398,11 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
     """Words of a page of a run: settings of the case, and numbers from the rows."""
     ramp = end_of_ramp(raw)
     first = {contact: raw.first_peak(contact) for contact in ("LF", "RF")}
+
+    def touched(contact: str) -> tuple[float, float]:
+        return raw.start(contact), 1e3*raw.impact(contact)["duration"]
+
+    flat = " ".join(text.split())       # captions are broken into lines anywhere
     lines = {
         "vertical displacement": Line(r"displacement (\S+) m,", "initial Z [m]", lambda w: raw.c["Z"][0]),
         "order": Line(r"order (\d), step (\S+) µs at most", "order; largest step [µs]",
@@ -355,6 +414,8 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
         "growing" if ramp else "lateral velocity": Line(
             r"growing by (\S+) kN/s", "ramp [kN/s]", lambda w: KN*raw.c["F_ext"][-1]/raw.t[-1]) if ramp else Line(
             r"lateral velocity (\S+) m/s", "initial vY [m/s]", lambda w: raw.c["vY"][0]),
+        "flange: at": Line(r"contact of the (?:left|right) flange: at (\S+) s, lasts (\S+) ms", "touch [s], duration [ms]",
+                           lambda w, m: touched("LF" if "left" in m[0] else "RF"), 1e-4, often=True),
         "forward motion": Line(r"forward motion (\S+) J and of pitch (\S+) J", "constant energies [J]",
                                lambda w: (raw.c["KE_long"][0], raw.c["KE_pitch"][0])),
         "eigenfrequencies": Line(r"at rest, (\S+), (\S+), (\S+) Hz", "eigenfrequencies [Hz]",
@@ -372,8 +433,11 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
         "computed again": Line(r"row at t = (\S+) s, with rows every\s+(\S+) µs", "a row [s], interval [µs]: nearest row",
                                lambda w, m: (raw.t[np.abs(raw.t - float(m[1])).argmin()], 20), often=True),
         "largest; approach": Line(r"largest; approach (\S+) mm", "approach [mm] at the peak of the first or the hardest contact",
-                         lambda w: MM*raw.overlap("LF", first["LF"] if "begins at" in text else int(raw.c["N_LF"].argmax())), 4e-3)}
-    return [line for words, line in lines.items() if words in text], PAGE_LABELS
+                                   lambda w: MM*raw.overlap("LF", int(raw.c["N_LF"].argmax()) if "): hardest" in flat else
+                                                            first["LF"]), 4e-3)}
+    own = [line if "^" in line.pattern else line._replace(pattern=line.pattern.replace(" ", r"\s+"))
+           for words, line in lines.items() if words in flat]
+    return own, [label if "^" in label else label.replace(" ", r"\s+") for label in PAGE_LABELS]
 
 
 ABSTRACT = [
@@ -426,6 +490,7 @@ ABSTRACT_LABELS = [
     r"version \d\.\d\.\d",
     r"(?<=[.\d] )\d (?=The program|Contact geometry|Normal force|Integrator|Results|Limits)", r"References \[1\].*$",
     r"(?:(?<= )[-−]?\d[\d.]* ){3,}", r"\d{15,} y \[mm\](?: [-−\d]+)+", r"0\.1 1 lateral velocity \[m/s\] 1000 10000",
+    r"10 100 1000(?=N of)",
     r"= 1 2[∬∫]", r"𝑘 = 3 4", r"\(1−𝜈2\)", r"𝑈 = 2 5", r"≥0", r"𝛽 =0", r"𝑀−1", r"𝑖=1,…,6", r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
     r"of 8 twins|up to 3 µm|than 0\.1 %", r"\(\S+ to \S+\)(?: kN| s| GPa)?", r"about 1\.6 times", r"tables have [\d× +]+points",
     r"\(APTA 140M and 240\).*?exercise 5 by up to \S+ %"]          # test_docs: spread.json has what the check measured

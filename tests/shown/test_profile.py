@@ -24,6 +24,7 @@ from ldbench.plots.geometry import contact_lines, pair_page
 from ldbench.plots.profile_page import wheel_dimensions
 from ldbench.plots.sheets import save_sheets
 from ldbench.plots.style import ldbench_style
+from named_artists import all_named, shown
 from probes import profile
 from reading import Line, differing
 from running import REPO
@@ -164,4 +165,7 @@ def test_the_page_of_a_pair_has_the_functions_of_the_displacement(told: Told):
                 ("½(tan γL − tan γR)", "with roll"): (np.tan(g["angle_L"]) - np.tan(g["angle_R"]))/2}
     for (axis, label), x in expected.items():       # lines have gaps at jumps
         assert np.nanmax(np.abs(drawn[axis][label] - x)) < 1e-9 and np.isfinite(drawn[axis][label]).mean() > 0.9
-    assert len(figure.axes) >= 8
+    assert len(figure.axes) >= 8 and all_named(figure)
+    units = {ax.get_ylabel(): {shown(line).y.partition("[")[2] for line in ax.lines if shown(line).how == "functions"}
+             for ax in figure.axes}
+    assert all(found in (set(), {label.partition("[")[2]}) for label, found in units.items())

@@ -1,4 +1,4 @@
-"""Curves, bars and arrows of the sheets: each artist has the rows of the file, in the unit and under the name that it has."""
+"""What test_named.py does not compare: bands and thinned curves, spectra, geometry, first contacts, and the documents."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -7,24 +7,20 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.quiver import Quiver
 from pypdf import PdfReader
 
 import ldbench
 from invented import altered
-from ldbench.plots.energies import energy_page, ramp_page
+from ldbench.plots.energies import portrait_page
 from ldbench.plots.figures import overview_figures
 from ldbench.plots.geometry import geometry_page
-from ldbench.plots.impact import impact_page
-from ldbench.plots.series import ENERGY, PAGES, time_page
-from ldbench.plots.stretches import thin
+from ldbench.plots.stretches import split, thin
 from ldbench.plots.style import ldbench_style
-from raw import flange_slope
+from named_artists import artists
 from reading import Line, differing, words_of
 from specimen import World
-from table import CRC, DEG, KN, MM, PANELS, fits_contact
+from table import CRC, DEG, KN, MM
 
 
 @pytest.fixture(autouse=True)
@@ -42,26 +38,6 @@ def curve(ax: Axes, k: int = 0) -> np.ndarray:
 
 
 # Over time ---------------------------------------------------------------------------------
-
-@pytest.mark.parametrize("page", [*PAGES, ENERGY], ids=lambda page: page.title)
-def test_pages_over_time(page: object, world: World):
-    """Each panel and curve that the call asks for; events are marked where they happen."""
-    raw, figure = world.thrown, time_page(world.run("ex2_aw"), page)
-    axes = by_label(figure)
-    assert set(PANELS[page.title]) == set(axes)
-    marks = [next(t for t, kind, _ in raw.events if kind == first) for first in (
-        "left flange contact", "centre passage", "right flange contact")]
-    for words, curves in PANELS[page.title].items():
-        lines = axes[words].get_lines()
-        drawn = {line.get_label(): line for line in lines if not line.get_label().startswith("_")}
-        for label, (column, factor) in curves.items():
-            x = factor*sum(raw.c[name] for name in column.split("+"))
-            np.testing.assert_allclose(drawn[label].get_ydata(), x, rtol=1e-12, err_msg=f"{words} {label}")
-            np.testing.assert_array_equal(drawn[label].get_xdata(), raw.t)
-        assert len(drawn) == len(curves)
-        assert sorted(line.get_xdata()[0] for line in lines if line.get_linestyle() == ":") == marks
-    assert {ax.get_xlabel() for ax in figure.axes} == {"", "time [s]"}
-
 
 def test_thinned_curve_keeps_what_its_columns_show():
     """First, last, smallest and largest value of every column of equal width, whatever the rows' distances; gaps stay."""
@@ -82,73 +58,31 @@ def test_thinned_curve_keeps_what_its_columns_show():
     assert np.isin(t[ends], thin_t).all() and np.isin(t[ends + 1], thin_t).all()
 
 
-def test_portraits_spectra_and_ratio(world: World):
-    """Velocity over displacement; sines have peaks as high as they are, beside the eigenfrequencies; L/V of both wheels."""
-    raw, run = world.thrown, world.run("ex2_aw")
-    figure = energy_page(run)
-    axes = {ax.get_xlabel(): ax for ax in figure.axes}
-    for label, q, v, factor, v_factor in (("Y [mm]", "Y", "vY", MM, 1), ("Z [mm]", "Z", "vZ", MM, 1),
-                                          ("Φ [mrad]", "roll", "roll_rate", 1e3, 1e3)):
-        drawn = axes[label].get_lines()
-        np.testing.assert_allclose(drawn[0].get_xdata(), factor*raw.c[q])
-        np.testing.assert_allclose(drawn[0].get_ydata(), v_factor*raw.c[v])
-        ends = {line.get_label(): line.get_xdata()[0] for line in drawn[1:]}
-        assert (ends["start"], ends["end of the run"]) == pytest.approx(factor*raw.c[q][[0, -1]])
-    for k, side in enumerate("LR"):
-        np.testing.assert_allclose(curve(by_label(figure)["L/V"], k), raw.ratio(side), rtol=1e-12)
+def test_spectra(world: World):
+    """Sines have peaks as high as they are, beside the eigenfrequencies."""
+    run = world.run("ex2_aw")
     t = 1e-4*np.arange(20_000)
     data = pd.DataFrame(0.0, range(len(t)), run.data.columns).assign(
         time=t, Z=2e-3*np.sin(2*np.pi*200*t) + 5e-5*np.sin(2*np.pi*80*t))
-    ax = by_label(energy_page(altered(run, data=data)))["amplitude of Z [mm]"]
-    f, amplitude = ax.get_lines()[0].get_data()
+    f, amplitude = by_label(portrait_page(altered(run, data=data)))["amplitude of Z [mm]"].get_lines()[0].get_data()
     for frequency, height in ((200, 2.0), (80, 0.05)):
         assert amplitude[np.abs(f - frequency) < 2].max() == pytest.approx(height, rel=0.02)
-    marks = [line.get_xdata()[0] for line in ax.get_lines() if line.get_linestyle() == ":"]
-    assert marks == pytest.approx(raw.settings("eigenfrequencies"), rel=1e-5)
 
 
-def test_ramp_page(world: World):
-    """L/V of both wheels over the lateral force, loads, forces and displacements; Nadal's limits; the work of the force."""
-    raw, axes = world.pushed, by_label(ramp_page(world.run("ex5_aw")))
-    force = KN*raw.c["F_ext"]
-    for label, *drawn in (("L/V", raw.ratio("L"), raw.ratio("R")), ("vertical load [kN]", KN*raw.loads("L"), KN*raw.loads("R")),
-                          ("normal N [kN]", *(KN*raw.c[f"N_{contact}"] for contact in ("LT", "LF", "RT"))),
-                          ("lateral Y [mm]", MM*raw.c["Y"]), ("roll Φ [mrad]", 1e3*raw.c["roll"])):
-        lines = [one for one in axes[label].get_lines() if len(one.get_xdata()) > 10]
-        for line, x in zip(lines, drawn, strict=True):
-            f, y = line.get_data()
-            np.testing.assert_allclose(y, x[np.searchsorted(force, f)], rtol=1e-9)
-            assert np.nanmax(y) == np.nanmax(x) and np.nanmin(y) == np.nanmin(x)
-    work = next(line for line in axes["sums [J]"].get_lines() if line.get_label() == "work of lateral force")
-    np.testing.assert_allclose(work.get_ydata(), raw.c["W_ext"][np.searchsorted(raw.t, work.get_xdata())], rtol=1e-12)
-    assert abs(np.nanmax(raw.ratio("L")) - np.nanmax(raw.ratio("R"))) > 0.5, "an exchange would show"
-    assert not any(isinstance(one, PolyCollection) for ax in axes.values() for one in ax.collections), "bands are of long runs"
-    slope = np.tan(flange_slope())
-    levels = [line.get_ydata()[0] for line in axes["L/V"].get_lines() if len(line.get_xdata()) == 2]
-    np.testing.assert_allclose(sorted(levels), sorted((slope - mu)/(1 + mu*slope) for mu in (0.0, 0.3)), rtol=1e-5)
-
-
-# At an instant -----------------------------------------------------------------------------
-
-def test_impact_page(world: World):
-    """Pressure and area over the time of the first contact; arrows are the forces at the contacts on the wheel that is drawn."""
-    raw, figure = world.thrown, impact_page(world.run("ex2_aw"))
-    axes, k = by_label(figure), world.thrown.first_peak("LF")
-    t, pressure = axes["pressure [GPa]"].get_lines()[0].get_data()
-    again, area = axes["patch area [mm²]"].get_lines()[0].get_data()
-    at = int(np.argmin(np.abs(t - 1e3*raw.t[k])))
-    assert t[at] == again[at] == pytest.approx(1e3*raw.t[k], abs=1e-9) and raw.start("LF") < 1e-3*t[0] < 1e-3*t[-1]
-    fits_contact(raw, "LF", k, 1e9*pressure[at], 1e-6*area[at])
-    wheel = figure.axes[0].get_lines()[0].get_xydata()
-    arrows = [one for one in figure.axes[0].collections if isinstance(one, Quiver)]
-    closed = [c for c in ("LT", "LF") if raw.c[f"N_{c}"][k] > 0]
-    longest = max(raw.c[f"N_{c}"][k] for c in ("LT", "LF", "RT", "RF"))
-    for c, arrow in zip(closed, arrows, strict=True):
-        foot = MM*np.array([raw.c[f"y_{c}"][k], raw.c[f"z_{c}"][k]])
-        assert arrow.get_offsets()[0] == pytest.approx(foot) and np.hypot(*(wheel - foot).T).min() < 0.2     # points every 0.25 mm
-        assert (arrow.U[0], arrow.V[0]) == pytest.approx([40*raw.c[f"{name}_{c}"][k]/longest for name in ("Fy", "Fz")])
-    left, right = figure.axes[0].get_xlim()
-    assert left > right and raw.c["Fy_LF"][k] < 0
+def test_bands_stand_where_a_line_would_be_black():
+    """A slow wave is a line, a fast one a band between its smallest and largest values; so is a contact that opens and closes."""
+    t = np.linspace(0, 1, 20_001)
+    slow, fast = np.sin(40*t), np.sin(1000*t)
+    assert split(t, slow, 100)[2] is None and split(t, 0.01*fast + slow, 100)[2] is None
+    mixed = np.where(t < 0.4, slow, fast)
+    line_t, line_x, band = split(t, mixed, 100)
+    there = np.isfinite(band.mean)
+    assert 0.38 < band.middle[there].min() < 0.42 < 0.98 < band.middle[there].max()
+    assert band.high[there][1:] == pytest.approx(1, abs=1e-3) and band.low[there][1:] == pytest.approx(-1, abs=1e-3)
+    drawn = line_t[np.isfinite(line_x)]
+    assert np.isin(drawn, t).all() and (drawn < 0.38).sum() > 200 and not np.any((drawn > 0.45) & (drawn < 0.95))
+    rattling = np.where(np.sin(1000*t) > 0, slow, np.nan)
+    assert np.isfinite(split(t, rattling, 100)[2].mean).sum() > 90
 
 
 def test_geometry_page(world: World, tmp_path: Path):
@@ -158,6 +92,7 @@ def test_geometry_page(world: World, tmp_path: Path):
     names, *lines = file.read_text().splitlines()
     column = dict(zip(names.split(), np.array([line.split() for line in lines if line[0] != "#"], float).T, strict=True))
     figure = geometry_page(run, ldbench.read_columns(file))
+    assert {vars(one)["shown"].how for _, one in artists(figure)} == {"functions", "mark"}
     clearance = Line(r"left (\S+), right (\S+) mm", "clearances [mm]", lambda w: (10.18, 16.945), 1e-3)
     assert differing(words_of(figure), [clearance], world, [CRC]) == []
     axes = by_label(figure)
@@ -169,6 +104,9 @@ def test_geometry_page(world: World, tmp_path: Path):
         for k, name in enumerate(drawn):
             x = scale*column[name.lstrip("-")]*(-1 if name[0] == "-" else 1)
             np.testing.assert_allclose(curve(axes[label], k), x, rtol=1e-12, err_msg=label)
+            shown = vars(axes[label].get_lines()[k])["shown"]
+            unit = label.partition(" [")[2]
+            assert shown.y == (f"{name} [{unit}" if unit else name)
         if len(drawn) == 2:
             assert [line.get_label() for line in axes[label].get_lines()[:2]] == ["left", "right"]
         ends = [line.get_xdata()[0] for line in axes[label].get_lines()[-2:]]
@@ -176,18 +114,11 @@ def test_geometry_page(world: World, tmp_path: Path):
     np.testing.assert_allclose(column["delta_r"], column["radius_L"] - column["radius_R"], atol=1e-8)
 
 
-def test_side_by_side(world: World):
-    """Y, forces of both flanges, first contact and kinetic energy of each run; shares, peak, duration, impulse of the contact."""
+def test_first_contacts(world: World):
+    """Shares of kinetic energies, peak, duration, impulse and rebound of the first contact of each run."""
     raws = [world.thrown, world.faster]
     (_, beside), (_, contacts) = overview_figures([world.run("ex2_aw"), world.run("ex3_aw")])
     assert differing(words_of(beside), [], world, [r"^Exercises? \d(?: to \d)?"]) == []
-    for row, raw in zip(np.reshape(beside.axes, (2, 4)), raws, strict=True):
-        kinetic = sum(raw.c[f"KE_{part}"] for part in ("lat", "vert", "roll"))
-        for drawn, x in ((curve(row[0]), MM*raw.c["Y"]), (curve(row[1]), KN*raw.c["N_LF"]), (curve(row[1], 1), -KN*raw.c["N_RF"]),
-                         (curve(row[3]), kinetic), (curve(row[2]), KN*raw.c["N_LF"][raw.first("LF")])):
-            assert (drawn.max(), drawn.min()) == pytest.approx((x.max(), x.min()), rel=1e-7)
-        t = row[2].get_lines()[0].get_xdata()
-        assert t[curve(row[2]).argmax()] == pytest.approx(1e3*(raw.t[raw.first_peak("LF")] - raw.start("LF")), abs=1e-6)
     ones = [raw.impact("LF") for raw in raws]
     shares = [100*one[f"{part}_after"]/sum(one[f"{other}_before"] for other in ("lat", "vert", "roll"))
               for one in ones for part in ("lat", "vert", "roll")]
@@ -199,6 +130,9 @@ def test_side_by_side(world: World):
     for label, key, scale in (
             ("peak N [kN]", "peak", KN), ("duration [ms]", "duration", 1e3), ("impulse ∫N dt [kN·s]", "impulse", KN)):
         assert curve(axes[label]) == pytest.approx([scale*one[key] for one in ones], rel=1e-6), label
+        assert vars(axes[label].get_lines()[0])["shown"].y == f"first {key} of N_LF [{label.partition('[')[2]}"
+    for ax, names in artists(contacts):
+        assert vars(names)["shown"].how in ("bar", "runs"), ax
     before, after = ([raw.c["vY"][k] for raw, k in zip(raws, rows, strict=True)] for rows in (
         (0, 0), [raw.first("LF").stop - 1 for raw in raws]))
     assert curve(axes["lateral velocity after / before, reversed"]) == pytest.approx(-np.divide(after, before), rel=1e-6)
@@ -212,12 +146,17 @@ def test_contents_and_bookmarks_lead_to_every_page(world: World):
     found = [part for one in document.outline for part in (one if isinstance(one, list) else [one])]
     chapters = [part.title for part in document.outline if not isinstance(part, list)]
     exercises = [f"Exercise {k}, actual profiles (left), simplified profiles (right)" for k in (2, 5)]
-    assert chapters == ["Contents", "Summary", "Contact geometry, actual profiles (left), simplified profiles (right)", *exercises,
-                        "Elastic contact or constraint equations", "How far to trust an answer"]
+    assert chapters == ["Contents", "Table of results", *exercises] and len(document.pages) == 2 + 4*len(exercises)
+    first = document.pages[0].extract_text()
+    assert all(words in first for words in ("ldbench 1.", "2 runs", "ldbench_extras.pdf"))
+    more = [part.title for part in PdfReader(world.outputs/"ldbench_extras.pdf").outline if not isinstance(part, list)]
+    assert more == ["Contents", "Contact geometry, actual profiles (left), simplified profiles (right)",
+                    *(f"{words}: more pages" for words in exercises), "Elastic contact or constraint equations",
+                    "How far to trust an answer"]
     titles, pages = [part.title for part in found], [document.get_destination_page_number(part) for part in found]
     for heading in exercises:
         first = titles.index(heading) + 1
-        for k in range(first, first + len(world.sheets(f"{heading}: "))):
+        for k in range(first, first + 4):
             text = document.pages[pages[k]].extract_text()
             assert f"{heading}: {titles[k]}" in text and f"{pages[k] + 1} / {len(document.pages)}" in text
     places: list[tuple[str, float, float]] = []

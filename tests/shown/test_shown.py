@@ -17,6 +17,7 @@ from browser import facts
 from ldbench.__main__ import main
 from ldbench.results.quantities import si_unit
 from ldbench.results.summary import summary_row
+from named_artists import check_pictures_of_pressure
 from raw import Raw
 from reading import Line, agree, differing, words_of
 from specimen import World
@@ -142,13 +143,15 @@ def in_a_table(text: str, world: World, label: str, pressed: dict[str, tuple[str
         below = iter(ranges(text, words))
         for name, cell in zip(NAMES, cells(text, words), strict=True):
             result, spread = RESULTS[key], chaotic(world, name, key)
-            if spread:
+            # The abstract does not take the end of a run that derails for a farthest place.
+            ended = label == "short" and key.startswith("farthest_") and name == "ex5_aw"
+            if spread and not ended:
                 for number, cell_of in zip(spread, (None, cell, None), strict=True):
                     assert cell_of is None or agree(cell_of, result.scale*number, 0.0, True), (name, key, cell, spread)
                 for number, end in zip((spread[0], spread[2]), next(below), strict=True):
                     assert agree(end, result.scale*number, 0.0, True), (name, key, end, spread)
                 continue
-            truth = result.truth(world.raw(name))
+            truth = None if ended else result.truth(world.raw(name))
             rough = name == "ex5_aw" or key.startswith(("approach", "drift", "first_impulse", "first_duration"))
             slack = result.slack if rough else min(result.slack, 1e-3)
             truth = None if truth is None else result.scale*truth
@@ -166,9 +169,24 @@ def in_a_table(text: str, world: World, label: str, pressed: dict[str, tuple[str
 
 
 def test_summary_page(world: World):
-    text = world.sheets("Summary: ")["summary"]
-    labels = [*in_a_table(text, world, "words"), r"of 8 twins|up to 3 µm|than 0\.1 %", r"at Y = 0;"]
+    text = world.sheets("Table of results: ")["table of results"]
+    labels = [*in_a_table(text, world, "brief", {}), *pressures(text, world), r"of 8 twins|up to 3 µm|than 0\.1 %", r"at Y = 0"]
     assert re.search("^ *ex2_aw ex5_aw$", text, re.MULTILINE) and differing(text, [], world, labels) == []
+
+
+def pressures(text: str, world: World) -> list[str]:
+    """The largest pressures of first contacts are those of summary.csv, which go with the forces; their labels."""
+    labels = []
+    for contact in PRESSED:
+        words = f"peak pressure, {WORDS[contact]} [MPa]"
+        for cell, name in zip(cells(text, words), NAMES, strict=True):
+            spread, row = chaotic(world, name, f"pmax_{contact}"), next(
+                row for row in csv_rows(world) if row["case"] == name and row["of"] == "run")
+            known = row[f"pmax_{contact} [Pa]"]
+            truth = spread[1] if spread else float(known) if known else None
+            assert agree(cell, None if truth is None else 1e-6*truth, 0.0, bool(spread)), (words, name)
+        labels.append(rf"^{re.escape(words)} .*$")
+    return labels
 
 
 def test_table_of_the_results_page(world: World):
@@ -221,12 +239,12 @@ def test_page_facts(world: World):
 def test_every_number_in_the_words_of_the_pages(name: str, world: World):
     """Each number is a setting, or follows from the rows, or is a label."""
     sheets, raw = world.sheets(f"Exercise {name[2]}, actual profiles (left), simplified profiles (right): "), world.raw(name)
-    assert len(sheets) == (5 if name == "ex2_aw" else 6)
+    assert len(sheets) == (6 if name == "ex2_aw" else 8)
     for title, text in sheets.items():
         lines, labels = table.words_of_a_page(raw, text)
         assert differing(text, lines, world, labels) == [], title
     # Forces and angles above the cross-sections: first contact of either flange, in exercise 5 also the hardest one.
-    shown = re.findall(r"^(left|right): (.*)$", sheets["impacts of flanges"], re.MULTILINE)
+    shown = re.findall(r"^(left|right): (.*)$", sheets["more pages: impacts of flanges"], re.MULTILINE)
     places = [(at, side) for at in table.pictured(raw) for side in ("left", "right")]
     for (at, expected), (side, words) in zip(places, shown, strict=True):
         closed = [(part, c) for part, c in (("tread", f"{side[0].upper()}T"), ("flange", f"{side[0].upper()}F"))
@@ -368,6 +386,7 @@ def test_pressure(contact: str, world: World, capsys: pytest.CaptureFixture[str]
     length, width, largest = map(float, re.search(r"integral: (\S+) mm x (\S+) mm, (\S+) MPa", said).groups())
     integral = float(re.search(r"patch (\S+) kN", said)[1])
     assert largest*np.pi*length*width/6 == pytest.approx(1e3*integral, rel=5e-3)
+    check_pictures_of_pressure(drawn[0], contact, (length, width, largest), force/area/FULLNESS[0])
     text = words_of(drawn[0])
     lines = [*table.words_of_a_page(raw, text)[0],
              Line(r"pressure at t = (\S+) s", "moment [s]", lambda w: raw.t[k]),

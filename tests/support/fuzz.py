@@ -190,8 +190,8 @@ class Child:
     def our_file(self, rng: random.Random) -> None:
         """One of ours, mostly with a damaged header: compared, packed for the page; now and then drawn."""
         from ldbench.plots import tables
+        from ldbench.plots.call_sheets import SHEETS, run_sheet
         from ldbench.plots.impact import impact_page
-        from ldbench.plots.series import PAGES, time_page
         from ldbench.plots.style import ldbench_style
         from ldbench.report import differences
         from ldbench.results.run_data import read_data
@@ -210,7 +210,7 @@ class Child:
         make_page([reference, run])
         draw = rng.choice([None]*40 + [
             lambda: next(tables.paged(run.name, run.header.title, [run.name], [[run.ending]], [1], (0,), run.heading))[1],
-            lambda: time_page(run, PAGES[0]), lambda: impact_page(run),
+            lambda: run_sheet(run, SHEETS[0]), lambda: impact_page(run),
             lambda: Picture([reference, run], 0.0, 1e-3, 1e-3, None).figure])
         if draw:
             with ldbench_style():

@@ -49,7 +49,7 @@ def check(wheel: Path, scratch: Path) -> None:
         subprocess.run([ldbench, REPO/"inputs"/f"{case}.nml"], cwd=there, check=True, stdout=subprocess.DEVNULL)
         assert (here/f"outputs/{case}.txt").read_bytes() == (there/f"outputs/{case}.txt").read_bytes(), case
     assert (here/"ex1_aw.txt").read_bytes() == (here/"outputs/ex1_aw.txt").read_bytes()
-    for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"):
+    for name in ("ldbench_plots.pdf", "ldbench_extras.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html"):
         print(f"outputs/{name}  {(here/'outputs'/name).stat().st_size/1e6:.2f} MB")
     print("ten column files: the bytes of the executable's")
     subprocess.run([sys.executable, "-m", "pytest", "-q", REPO/"tests/program/test_reference.py::test_run_is_the_stored_one"],

@@ -23,6 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "the document .pdf, or the picture .svg or .png", default="ldbench_plots.pdf")
     parser.add_argument("--geometry", action="append", type=Path, default=[], metavar="FILE",
                         help="a file of geometry functions (`ldbench table -o`), as often as given")
+    parser.add_argument("--extras", action="store_true",
+                        help="also draw cross-sections of impacts, phase portraits, spectra, L/V, and runs side by side")
     add_map(parser)
     add_simulation(parser)
     add_jobs(parser, "processes")
@@ -31,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     check_plots(args.output, args.files, args.geometry)
     runs = read_files(args.files, args.map, args.simulation)
-    with tqdm(total=len(args.files), desc="plots", disable=None) as bar:
-        pages = make_plots(runs, args.output, args.geometry, args.jobs, bar.update)
+    with tqdm(total=len(args.files)*(1 + args.extras), desc="plots", disable=None) as bar:
+        pages = make_plots(runs, args.output, args.geometry, args.jobs, bar.update, args.extras)
     print(f"{args.output}: {counted(pages, 'page')}")
     return 0

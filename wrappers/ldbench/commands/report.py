@@ -1,7 +1,7 @@
 """Make the submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
 
-The files are ex1_aw.txt to ex5_sw.txt, ldbench_plots.pdf, ldbench_abstract.pdf, summary.csv and ldbench_results.html. With
-submission.toml beside them, `submit` puts them together.
+The files are ex1_aw.txt to ex5_sw.txt, ldbench_plots.pdf, ldbench_extras.pdf, ldbench_abstract.pdf, summary.csv and
+ldbench_results.html. With submission.toml beside them, `submit` puts them together.
 
 A case is run again only when its namelist, its profiles or the program have changed.
 

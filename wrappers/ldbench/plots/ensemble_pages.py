@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from .._core.wording import counted
 from ..results.quantities import OUTCOME
 from .frame import legend_of_page, new_page
+from .named import name as named, shows
 from .style import SERIES, plain
 
 if TYPE_CHECKING:
@@ -68,10 +69,12 @@ def draw_result(ax: Axes, dataset: xr.Dataset, variable: str, name: str, others:
     ax.margins(0.04, 0.08)
     if others is None:
         x, y = (one.values.ravel() for one in (dataset[variable].broadcast_like(result), result))
-        ax.plot(x, y, ".", color=SERIES[0].color, markersize=3)
+        dots, = ax.plot(x, y, ".", color=SERIES[0].color, markersize=3)
+        shows(dots, named(name, known.unit), variable, "members")
         return
     values = dataset[others[0]].values.tolist() if others else []
     curves = [(f"{others[0]} = {value:g}" if isinstance(value, float) else f"{others[0]} = {value}", result.isel({others[0]: k}))
               for k, value in enumerate(values)] or [("", result)]
     for (words, curve), line in zip(curves, SERIES, strict=False):
-        ax.plot(dataset[variable].values, curve.values, marker=".", markersize=3, label=plain(words), **line.kwargs())
+        joined, = ax.plot(dataset[variable].values, curve.values, marker=".", markersize=3, label=plain(words), **line.kwargs())
+        shows(joined, named(name, known.unit), variable, "members", words)

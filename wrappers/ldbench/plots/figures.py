@@ -5,6 +5,7 @@ Those of the abstract have the size at which they are printed [in]: no letter ge
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,8 +19,9 @@ from ..results.quantities import PAIRS
 from ..results.run_data import RunData
 from .frame import legend_above, legend_of_page, new_page
 from .impact import draw_detail, instants, placed_outlines
+from .named import shows
 from .series import ELASTIC, KINETIC
-from .stretches import PANEL, first_impact, thin
+from .stretches import PANEL, first_contact, thin
 from .style import BLACK, BLUE, CONTACT_LINES, DASHED, DOTTED, GREEN, GREY, PURPLE, RED, SERIES, SKY, Line, plain_numbers
 
 PAIR_LINES = Line(BLACK), Line(RED, DASHED, 1.1)
@@ -44,7 +46,8 @@ def motion_figure(runs: Sequence[RunData]) -> Figure:
     for ax, own in zip(axes, pairs.values(), strict=True):
         for run, line in zip(own, SERIES, strict=False):
             speed = run.values("vY")[0]
-            ax.plot(MM*speed*run.time, MM*run.values("Y"), label=f"{speed:g} m/s", **line.kwargs())
+            curve, = ax.plot(MM*speed*run.time, MM*run.values("Y"), label=f"{speed:g} m/s", **line.kwargs())
+            shows(curve, "Y [mm]", "time × first vY [mm]", of=run.name)
         ax.set_title(own[0].pair, loc="left")
         ax.set_xlabel("initial velocity × time [mm]")
     axes[0].set_ylabel("Y [mm]")
@@ -64,13 +67,16 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
             speeds.append(run.values("vY")[0])
             peaks.append(KN*first.peak)
             rows = slice(*np.searchsorted(run.time, [first.start, first.end]) + [0, 1])
-            left.plot(1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows], color=line.color, linewidth=0.9,
+            curve, = left.plot(1e3*(run.time[rows] - first.start), KN*run.values("N_LF")[rows], color=line.color, linewidth=0.9,
                       linestyle="-" if actual else DASHED, label=f"{speeds[-1]:g} m/s" if actual else None)
-        right.plot(speeds, peaks, "o" if actual else "s", color=BLACK, markersize=4, label=own[0].pair,
+            shows(curve, "N_LF [kN]", "time since LF [ms]", of=run.name)
+        dots, = right.plot(speeds, peaks, "o" if actual else "s", color=BLACK, markersize=4, label=own[0].pair,
                    markerfacecolor=BLACK if actual else "white")
+        shows(dots, "first peak of N_LF [kN]", "first vY [m/s]", "runs", pair)
         if actual and speeds:
             v = np.array([min(speeds), max(speeds)])
-            right.plot(v, peaks[0]*(v/speeds[0])**1.2, color=GREY, linewidth=0.8, linestyle=DOTTED, label="slope 6/5")
+            slope, = right.plot(v, peaks[0]*(v/speeds[0])**1.2, color=GREY, linewidth=0.8, linestyle=DOTTED, label="slope 6/5")
+            shows(slope, "power 6/5 of N_LF [kN]", "first vY [m/s]", "runs", pair)
     left.set(yscale="log", ylim=(10, None), xlabel="time since the flange touched [ms]", ylabel="N of the left flange [kN]")
     left.set_title("solid: actual, dashed: simplified profiles", loc="left")
     left.legend(loc="upper right", fontsize=6.5)
@@ -83,6 +89,8 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
 
 
 SHARES = 5, 95              # percentiles at the edges of a band
+# Lines that are told apart without their colours.
+RAMP_LINES = {"LF": CONTACT_LINES["LF"], "LT": CONTACT_LINES["LT"], "RT": replace(CONTACT_LINES["RT"], dashes=DOTTED, width=1.3)}
 STEPS = 130                 # intervals of the lateral force
 
 
@@ -96,11 +104,12 @@ def derailment_figure(runs: Sequence[RunData]) -> Figure | None:
     for ax, own in zip(axes, ramps, strict=True):
         for run in own:
             rows = run.time < run.time[-1] - 1
-            for contact in ("LF", "LT", "RT"):
+            for contact, line in RAMP_LINES.items():
                 force, mean, low, high = percentiles(KN*run.values("F_ext")[rows], KN*run.values(f"Fz_{contact}")[rows])
-                line = CONTACT_LINES[contact]
-                ax.fill_between(force, low, high, color=line.color, alpha=0.22, linewidth=0)
-                ax.plot(force, mean, label=CONTACT_NAMES[contact], **line.kwargs())
+                names = f"Fz_{contact} [kN]", "F_ext [kN]"
+                shows(ax.fill_between(force, low, high, color=line.color, alpha=0.22, linewidth=0), *names, "percentiles", run.name)
+                curve, = ax.plot(force, mean, label=CONTACT_NAMES[contact], **line.kwargs())
+                shows(curve, *names, "mean of steps", run.name)
         ax.set_title(own[0].pair, loc="left")
         ax.set_xlabel("lateral force [kN]")
     axes[0].set_ylabel("vertical force [kN]")
@@ -118,17 +127,17 @@ def percentiles(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def first_shown(runs: Sequence[RunData]) -> RunData | None:
     """The run whose first flange contact the abstract shows: exercise 2, or the first with such a contact."""
-    touched = [run for run in free(runs) if first_impact(run)]
+    touched = [run for run in free(runs) if first_contact(run, "LF")]
     return next((run for run in touched if run.exercise == 2), touched[0] if touched else None)
 
 
 def contact_figure(runs: Sequence[RunData]) -> Figure | None:
     """The first contact of the left flange: the cross-section at its peak for both pairs, and the energies through it."""
     shown = first_shown(runs)
-    window = first_impact(shown) if shown else None
+    window = first_contact(shown, "LF") if shown else None
     if shown is None or window is None:
         return None
-    chosen = [run for run in runs if run.exercise == shown.exercise and first_impact(run)][:2]
+    chosen = [run for run in runs if run.exercise == shown.exercise and first_contact(run, "LF")][:2]
     placed = [(run, outlines) for run in chosen if (outlines := placed_outlines(run))]
     figure = Figure(figsize=(6.0, 1.75), layout="constrained")
     *sections, energies = figure.subplots(1, len(placed) + 1, squeeze=False)[0]
@@ -137,9 +146,10 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
         ax.set_title(f"{run.pair},\n{ax.get_title(loc='left').removeprefix('left: ')}", loc="left", fontsize=6.2)
         ax.set(xlim=(ax.get_xlim()[0] - 8, ax.get_xlim()[1] + 8), ylim=(-36, 36))
     rows = window.rows(shown)
-    for curve in (*KINETIC.curves, *ELASTIC):
-        energies.plot(1e3*shown.time[rows], curve.values(shown)[rows], label=curve.label, **curve.line.kwargs())
-    energies.set(xlim=(1e3*window.start, 1e3*window.end), xlabel=window.axis)
+    for curve in (*KINETIC, *ELASTIC):
+        drawn, = energies.plot(window.of(shown.time[rows]), curve.values(shown)[rows], label=curve.label, **curve.line.kwargs())
+        shows(drawn, f"{curve.name} [J]", window.clock, of=shown.name)
+    energies.set(xlim=window.of(np.array([window.start, window.end])), xlabel=window.axis)
     energies.legend(loc="upper right", fontsize=6, handlelength=1.6)
     energies.set_title(f"energies, {shown.pair} [J]", loc="left", fontsize=6.2)
     energies.tick_params(labelsize=6)
@@ -167,13 +177,16 @@ def side_by_side(runs: Sequence[RunData]) -> Figure:
     for row, exercise in zip(axes, exercises, strict=True):
         for run, line in zip([run for run in runs if run.exercise == exercise], PAIR_LINES, strict=False):
             t, look = run.time, line.kwargs() | {"label": run.pair or run.name}
-            row[0].plot(*thin(t, MM*run.values("Y"), PANEL), **look)
-            row[1].plot(*thin(t, KN*run.values("N_LF"), PANEL), **look)
-            row[1].plot(*thin(t, -KN*run.values("N_RF"), PANEL), **line.kwargs())
+            kinetic = np.sum([run.values(part) for part in KINETIC_PARTS], axis=0)
+            for ax, x, shown in ((row[0], MM*run.values("Y"), "Y [mm]"), (row[1], KN*run.values("N_LF"), "N_LF [kN]"),
+                                 (row[1], -KN*run.values("N_RF"), "-N_RF [kN]"),
+                                 (row[3], kinetic, f"{'+'.join(KINETIC_PARTS)} [J]")):
+                curve, = ax.plot(*thin(t, x, PANEL), **look)
+                shows(curve, shown, "time [s]", of=run.name)
             if first := run.first_interval("LF"):
                 rows = slice(*np.searchsorted(t, [first.start, first.end]) + [-1, 2])
-                row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
-            row[3].plot(*thin(t, np.sum([run.values(part) for part in KINETIC_PARTS], axis=0), PANEL), **look)
+                curve, = row[2].plot(1e3*(t[rows] - first.start), KN*run.values("N_LF")[rows], **look)
+                shows(curve, "N_LF [kN]", "time since LF [ms]", of=run.name)
         words = f"Exercise {exercise}: Y [mm]", "N of flanges [kN]", "N, first contact [kN]", "kinetic energy [J]"
         for ax, label in zip(row, words, strict=True):
             ax.set_ylabel(label)
@@ -198,13 +211,18 @@ def first_contacts(told: Sequence[tuple[RunData, ContactInterval, Exchange]]) ->
         own = [(run, first) for run, first, _ in told if run.pair == pair]
         speed = np.array([run.values("vY")[0] for run, _ in own])
         rebound = [-np.interp(first.end, run.time, run.values("vY"))/run.values("vY")[0] for run, first in own]
-        for ax, x, power in zip(axes.ravel(), (
-                [KN*first.peak for _, first in own], [1e3*first.duration for _, first in own],
-                [KN*first.impulse for _, first in own], rebound), (6/5, -1/5, 1, None), strict=True):
-            ax.plot(speed, x, marker, color=BLACK, markersize=4.5, markerfacecolor=BLACK if marker == "o" else "white", label=pair)
+        for ax, (x, shown), power in zip(axes.ravel(), (
+                ([KN*first.peak for _, first in own], "first peak of N_LF [kN]"),
+                ([1e3*first.duration for _, first in own], "first duration of N_LF [ms]"),
+                ([KN*first.impulse for _, first in own], "first impulse of N_LF [kN·s]"), (rebound, "rebound of N_LF")),
+                (6/5, -1/5, 1, None), strict=True):
+            dots, = ax.plot(speed, x, marker, color=BLACK, markersize=4.5, label=pair,
+                            markerfacecolor=BLACK if marker == "o" else "white")
+            shows(dots, shown, "first vY [m/s]", "runs", pair)
             if power is not None and pair == pairs[0]:
-                ax.plot(speed, x[0]*(speed/speed[0])**power, color=GREY, linewidth=0.8, linestyle=":",
+                slope, = ax.plot(speed, x[0]*(speed/speed[0])**power, color=GREY, linewidth=0.8, linestyle=":",
                         label="Hertz" if ax is axes[0, 0] else None)
+                shows(slope, f"power {power:g} of {shown}", "first vY [m/s]", "runs", pair)
     for ax, words in zip(axes.ravel(), ("peak N [kN]", "duration [ms]", "impulse ∫N dt [kN·s]",
                                         "lateral velocity after / before, reversed"), strict=True):
         ax.set(xscale="log", xlabel="initial lateral velocity [m/s]", ylabel=words)
@@ -226,13 +244,15 @@ def draw_shares(ax: Axes, names: Sequence[str], energies: Sequence[Exchange]) ->
     total = np.array([sum(one.before.values()) for one in energies])
     for (part, words), color in zip(KINETIC_PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
         share = 100*np.array([one.after[part] for one in energies])/total
-        ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
+        for bar in ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words):
+            shows(bar, "run", f"share of {part} [%]", "bar")
         for k, (x, width) in enumerate(zip(left, share, strict=True)):
             if width > 6:
                 ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5,
                         color="white" if color == BLUE else BLACK)
         left += share
-    ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential")
+    for bar in ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential"):
+        shows(bar, "run", "share of the rest [%]", "bar")
     ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
     ax.invert_yaxis()
     ax.grid(visible=False, axis="y")

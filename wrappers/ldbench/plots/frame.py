@@ -14,23 +14,23 @@ from .._core.errors import Error
 from ..constants import MM
 from ..number_text import scientific
 from ..results.run_data import RunData
-from .style import PAGE, plain
+from .style import PAGE, SIZE, plain
 
 EDGE = 10/25.4          # free on all sides of a page, so that every printer prints it [in]
 LEFT, FOOT = EDGE/PAGE[0], EDGE/PAGE[1]     # the same as shares of the page
 RIGHT, TOP = 1 - LEFT, 1 - FOOT
-LINE = 9.1/72/PAGE[1]   # height of a line of the caption
+LINE = 1.18*SIZE/72/PAGE[1]     # height of a line of the caption
 HEAD = 0.045            # height of title and subtitle
-LINE_LENGTH = 234       # characters of a caption; its last line, which is short, leaves room for the number of the page
+LINE_LENGTH = 190       # characters of a caption; its last line, which is short, leaves room for the number of the page
 
 
 def new_page(title: str, subtitle: str = "", caption: str = "") -> Figure:
     """Make an empty page with title, subtitle and caption; what is drawn is laid out between them."""
     figure = Figure(figsize=PAGE)
     figure.text(LEFT, TOP, plain(title), fontsize=12, weight="bold", va="top")
-    figure.text(RIGHT, TOP - 0.004, plain(subtitle), fontsize=8, va="top", ha="right", color="#404040")
+    figure.text(RIGHT, TOP - 0.004, plain(subtitle), va="top", ha="right", color="#404040")
     lines = [part for line in caption.splitlines() for part in textwrap.wrap(line, LINE_LENGTH)]
-    figure.text(LEFT, FOOT, plain("\n".join(lines)), fontsize=6.5, va="bottom", color="#404040", linespacing=1.4)
+    figure.text(LEFT, FOOT, plain("\n".join(lines)), va="bottom", color="#404040", linespacing=1.15)
     bottom = FOOT + LINE*max(len(lines), 1) + 0.006
     figure.set_layout_engine(ConstrainedLayoutEngine(rect=(LEFT, bottom, RIGHT - LEFT, TOP - HEAD - bottom), w_pad=0.05, h_pad=0.04,
                                                      wspace=0.02, hspace=0.02))
@@ -86,3 +86,12 @@ def legend_of_page(figure: Figure, handles: Sequence[Any], ncols: int = 5) -> No
     assert layout
     left, bottom, width, height = layout.get()["rect"]
     layout.set(rect=(left, bottom, width, height - 0.016*(-(-len(handles)//ncols) - 1)))
+
+
+def body(figure: Figure) -> tuple[float, float]:
+    """Lower and upper edge of what is free on a page, for panels at places of their own."""
+    layout = figure.get_layout_engine()
+    assert layout
+    _, bottom, _, height = layout.get()["rect"]
+    figure.set_layout_engine("none")
+    return bottom, bottom + height

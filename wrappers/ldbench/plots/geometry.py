@@ -16,6 +16,7 @@ from ..geometry.pair import Pair
 from ..number_text import clearance_words, number_text
 from ..results.run_data import RunData
 from .frame import legend_above, new_page, profile_words
+from .named import name, shows
 from .style import BLACK, BLUE, CONTACT_LINES, GREY, RED, SKY, Line, plain_numbers
 
 if TYPE_CHECKING:
@@ -51,7 +52,9 @@ def geometry_page(run: RunData, functions: pd.DataFrame) -> Figure:
             ("contact position z [mm]", MM, (("z_L", left), ("z_R", right))),
             ("roll Φ [mrad]", 1e3, (("roll", black),)), ("height Z [mm]", MM, (("Z", black),))), strict=True):
         for column, line in curves:
-            ax.plot(y, (-scale if column == "y_R" else scale)*functions[column], label=WHEELS.get(column[-2:]), **line.kwargs())
+            sign = "-" if column == "y_R" else ""
+            curve, = ax.plot(y, (-scale if sign else scale)*functions[column], label=WHEELS.get(column[-2:]), **line.kwargs())
+            shows(curve, name(sign + column, unit_of(label)), "Y [mm]", "functions")
         ax.set(xlabel="lateral displacement Y [mm]", ylabel=label)
         if len(curves) > 1:
             legend_above(ax)
@@ -128,7 +131,12 @@ def pair_page(found: Pair, note: str, reference: str | None, title: str = "") ->
 def mark_reach(ax: Axes, *reaches: float) -> None:
     """Dotted lines where the rigid-axle clearance ends [mm]."""
     for reach in reaches:
-        ax.axvline(reach, color=GREY, linewidth=0.6, linestyle=":")
+        shows(ax.axvline(reach, color=GREY, linewidth=0.6, linestyle=":"), "clearance", "Y [mm]", "mark")
+
+
+def unit_of(label: str) -> str:
+    """The unit in brackets behind a label."""
+    return label.partition("[")[2].rstrip("]")
 
 
 OfDisplacement = tuple[str, dict[str, np.ndarray], str, Line]       # a curve: label, geometry functions, name of one, look
@@ -143,7 +151,8 @@ def draw_functions(ax: Axes, label: str, scale: float, curves: Sequence[OfDispla
             for letter in column[-1] if column[-1] in "LR" else "LR":
                 gaps[1:] |= np.abs(np.diff(geometry[f"y_{letter}"] - geometry["Y"])) > JUMP
         values[gaps] = np.nan
-        ax.plot(MM*geometry["Y"], values, label=words, **line.kwargs())
+        curve, = ax.plot(MM*geometry["Y"], values, label=words, **line.kwargs())
+        shows(curve, name(column, unit_of(label)), "Y [mm]", "functions", words if words in ("level", "with roll") else "with roll")
     ax.set(xlabel="lateral displacement Y [mm]", ylabel=label)
     if len(curves) > 1:
         legend_above(ax)
@@ -152,20 +161,23 @@ def draw_functions(ax: Axes, label: str, scale: float, curves: Sequence[OfDispla
 def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
     """Draw a wheel above its rail, and lines between the points that touch; left is left."""
     own = found.outlines.left if side > 0 else found.outlines.right
-    name, _, line = WHEEL_LOOKS[side]
+    of_wheel, _, line = WHEEL_LOOKS[side]
     lift = np.array([0.0, MM*found.outlines.axle + RAISED])
     wheel, rail = MM*own.wheel + lift, MM*own.rail
     inner, outer = min(wheel[0, 0], rail[:, 0].min()) - 3, max(wheel[-1, 0], rail[:, 0].max()) + 3
     top = max(wheel[:, 1].max(), 0.0) + 8
-    ax.fill(*np.vstack([wheel, [wheel[-1, 0], top], [wheel[0, 0], top]]).T, facecolor=FACE, linewidth=0)
-    ax.fill(*rail.T, facecolor=FACE, linewidth=0)
-    for curve in wheel, rail:
-        ax.plot(*curve.T, color=BLACK, linewidth=0.9)
+    for words, points, closing in ("wheel", wheel, [[wheel[-1, 0], top], [wheel[0, 0], top]]), ("rail", rail, np.empty((0, 2))):
+        names = f"{words} {of_wheel} [mm]", "outward y [mm]", "raised outline"
+        face, = ax.fill(*np.vstack([points, closing]).T, facecolor=FACE, linewidth=0)
+        curve, = ax.plot(*points.T, color=BLACK, linewidth=0.9)
+        shows(face, *names)
+        shows(curve, *names)
     labelled = -np.inf
     for one in sorted(contact_lines(found, side), key=lambda one: one.wheel[0]):
         above, below = MM*one.wheel + lift, MM*one.rail
-        ax.plot(*np.array([above, below]).T, color=line.color, linewidth=0.6)
-        ax.plot(*np.array([above, below]).T, "o", color=line.color, markersize=1.6)
+        for look in {"linewidth": 0.6}, {"linestyle": "none", "marker": "o", "markersize": 1.6}:
+            joined, = ax.plot(*np.array([above, below]).T, color=line.color, **look)
+            shows(joined, f"contact at Y = {MM*one.y:.0f} mm, {of_wheel} [mm]", "outward y [mm]", "contact line")
         if above[0] - labelled > LABELS:
             labelled = above[0]
             ax.text(above[0], above[1] + 1.0, number_text(MM*one.y, 0), fontsize=6, ha="center", va="bottom")
@@ -173,7 +185,7 @@ def draw_contact_lines(ax: Axes, found: Pair, side: int) -> None:
     ax.set_xlim((outer, inner) if side > 0 else (inner, outer), auto=True)
     ax.set_ylim((top - DRAWN, top), auto=True)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_title(f"{name} wheel and rail, y outward from the track's centre [mm]", loc="left")
+    ax.set_title(f"{of_wheel} wheel and rail, y outward from the track's centre [mm]", loc="left")
     ax.tick_params(labelleft=False, left=False)
     ax.grid(False)
 
@@ -182,12 +194,14 @@ def draw_conicity(ax: Axes, found: Pair, reference: str | None) -> None:
     """Draw the conicity of the wheelset kept level and of the one with roll; behind it the reference of EN 15302."""
     if reference:
         w = window(reference)
-        ax.fill_between(MM*AMPLITUDES, w.extended_low, w.extended_high, color=SKY, alpha=0.2, linewidth=0,
-                        label=f"extended window, {reference}")
-        ax.fill_between(MM*AMPLITUDES, w.low, w.high, color=SKY, alpha=0.45, linewidth=0, label=f"window, {reference}")
+        for words, low, high, alpha in (("extended window", w.extended_low, w.extended_high, 0.2), ("window", w.low, w.high, 0.45)):
+            area = ax.fill_between(MM*AMPLITUDES, low, high, color=SKY, alpha=alpha, linewidth=0, label=f"{words}, {reference}")
+            shows(area, f"{words} of {reference}", "amplitude [mm]", "reference")
     for geometry, line in (found.level, LEVEL), (found.rolled, ROLLED):
-        ax.plot(MM*geometry.amplitude, geometry.conicity, label=f"{geometry.kept}, EN 15302", **line.kwargs())
-    ax.plot(MM*found.rolled.amplitude, found.rolled.linearised, label="with roll, harmonic", **HARMONIC.kwargs())
+        curve, = ax.plot(MM*geometry.amplitude, geometry.conicity, label=f"{geometry.kept}, EN 15302", **line.kwargs())
+        shows(curve, "conicity", "amplitude [mm]", "functions", geometry.kept)
+    curve, = ax.plot(MM*found.rolled.amplitude, found.rolled.linearised, label="with roll, harmonic", **HARMONIC.kwargs())
+    shows(curve, "linearised", "amplitude [mm]", "functions", "with roll")
     ax.set(xlim=(0, max(1.2*MM*max(found.clearance), MM*AMPLITUDES[-1])), xlabel="amplitude [mm]", ylabel="equivalent conicity")
     ax.set_ylim(bottom=0)
     legend_above(ax, 3, fontsize=6)

@@ -1,4 +1,4 @@
-"""The page of impacts: cross-sections, the first contact of the left flange enlarged, and a table of impacts."""
+"""The page of impacts: cross-sections, the patch of the left flange in its first contact, and a table of impacts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Polygon
 
 from ..constants import CONTACT_NAMES, CONTACTS, DEG, KN, MM
@@ -18,13 +17,14 @@ from ..results.derived import KINETIC_PARTS, exchange
 from ..results.events import FLANGE_ANGLE
 from ..results.run_data import RunData
 from .frame import caption, new_page
-from .series import CLOSE, Page, draw_columns
-from .stretches import Window, first_impact
+from .named import shows
+from .series import CLOSE, draw_columns
+from .stretches import Window, around
 from .style import BLACK, CONTACT_LINES
 from .tables import draw_table
 
 MOST = 6            # impacts in the table
-HARDEST = "hardest contact of the left flange"
+CLOSEUPS = "first contact of the left flange", "hardest contact of the left flange"
 SECTIONS = 2        # instants with a picture
 SOLVED = 9          # instants of the first contact at which its patch is solved
 HEADS = ("impact", "begins at", "lasts", "peak N", "at angle", "impulse ∫N dt", "elastic, largest",
@@ -44,29 +44,22 @@ class Recomputed:
     start: float            # [s]
 
     @property
-    def window(self) -> Window:
-        """The times of this part, in milliseconds of the whole run."""
-        return Window("", 0.0, float(self.run.time[-1]), milliseconds=True, zero=-self.start)
-
-    @property
     def words(self) -> str:
         """A note on the page."""
         return (f"computed again from the row at t = {self.start:.6f} s, with rows every "
                 f"{1e6*self.run.case.interval:.3g} µs; black dots: rows of the run")
 
 
-def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
-    """Cross-sections at first impacts of flanges, that of the left flange over time, and the impacts of flanges in numbers; None
-    where a run has none of these. `first`: the first contact, computed again."""
-    window, placed = first_impact(run), placed_outlines(run)
-    if window is None and placed is None:
+def impact_page(run: RunData) -> Figure | None:
+    """Cross-sections at first impacts of flanges, the patch of the left flange over time, and the impacts of flanges in numbers;
+    None where a run has none of these."""
+    first, placed = run.first_interval("LF"), placed_outlines(run)
+    if first is None and placed is None:
         return None
-    notes = ["cross-sections seen in the direction of travel, left is left, arrows: force of the rail on the wheel, the "
-             "longest of an instant is 40 mm"] if placed else []
-    if first is not None:
-        notes.append(f"first contact of the left flange: {first.words}")
-    figure = new_page(f"{run.heading}: impacts of flanges", run.header.title, f"{'; '.join(notes)}\n{caption(run)}".strip())
-    body = figure.add_gridspec(4, 1, height_ratios=(0.2, 1.3, 1.7, 0.7))        # the first row is for words
+    note = ("cross-sections seen in the direction of travel, left is left, arrows: force of the rail on the wheel, the "
+            "longest of an instant is 40 mm") if placed else ""
+    figure = new_page(f"{run.heading}: impacts of flanges", run.header.title, f"{note}\n{caption(run)}".strip())
+    body = figure.add_gridspec(4, 1, height_ratios=(0.2, 1.1, 1.2, 0.7))        # the first row is for words
     if placed:
         shown = instants(run)[:SECTIONS]
         axes = body[1].subgridspec(1, 2*SECTIONS).subplots(squeeze=False)[0]
@@ -76,9 +69,10 @@ def impact_page(run: RunData, first: Recomputed | None = None) -> Figure | None:
             draw_detail(left, run, placed, k, right=False)
             draw_detail(right, run, placed, k, right=True)
             left.annotate(f"t = {run.time[k]:.4f} s: {label}", (0, 1), xycoords="axes fraction", xytext=(0, 14),
-                          textcoords="offset points", fontsize=8, color="#404040", in_layout=False)
-    if window is not None:
-        draw_close(body[2], run, first or window, (first.run if first else run).first_interval("LF"))
+                          textcoords="offset points", color="#404040", in_layout=False)
+    pressed = patch_history(run, first, SOLVED) if first else np.empty((4, 0))
+    if first and pressed.size:
+        draw_patch(body[2].subgridspec(1, 2).subplots(), pressed, around(run, "LF", first.start, first))
     draw_impacts(figure.add_subplot(body[3]), run)
     return figure
 
@@ -101,8 +95,11 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
     """One rail head with its wheel, contact points and force arrows at row k; the forces stand in the title."""
     side, sign = placed.sides[right]
     wheel, rail = turned(side.wheel*[sign, 1], *pose(run, k)), side.rail*[sign, 1]
-    ax.add_artist(Polygon(MM*rail, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7))
-    ax.plot(MM*wheel[:, 0], MM*wheel[:, 1], color=BLACK, linewidth=0.9)
+    name = "right" if right else "left"
+    shows(ax.add_artist(Polygon(MM*rail, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7)), f"rail {name} [mm]", "y [mm]",
+          "outline")
+    outline, = ax.plot(MM*wheel[:, 0], MM*wheel[:, 1], color=BLACK, linewidth=0.9)
+    shows(outline, f"wheel {name} [mm]", "y [mm]", "outline")
     contacts = ("RT", "RF") if right else ("LT", "LF")
     longest = max(run.values(f"N_{c}")[k] for c in CONTACTS) or 1.0
     words = []
@@ -113,10 +110,13 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
         x, z = MM*run.values(f"y_{c}")[k], MM*run.values(f"z_{c}")[k]
         arrow = ARROW/longest*np.array([run.values(f"Fy_{c}")[k], run.values(f"Fz_{c}")[k]])
         color = CONTACT_LINES[c].color
-        ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010, zorder=4)
-        ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
+        force = ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010,
+                          zorder=4)
+        shows(force, f"Fz_{c}", f"Fy_{c}", "arrow")
+        point, = ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
+        shows(point, f"z_{c} [mm]", f"y_{c} [mm]", "point")
         words.append(f"{CONTACT_NAMES[c].split()[1]} {number_text(KN*N)} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
-    title = ax.set_title(f"{'right' if right else 'left'}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
+    title = ax.set_title(f"{name}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
     title.set_in_layout(False)
     head = sign*MM*side.rail[side.rail[:, 1] > side.rail[:, 1].max() - HEAD, 0]
     ax.set(xlim=(head.max() + AROUND, head.min() - AROUND), ylim=(-AROUND, ABOVE), xlabel="y [mm]")
@@ -124,43 +124,40 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
     ax.tick_params(labelsize=6)
 
 
-def hardest_page(run: RunData, hardest: Recomputed) -> Figure:
-    """The hardest contact of the left flange, computed again with rows as close as it needs."""
-    figure = new_page(f"{run.heading}: {HARDEST}", run.header.title, f"{hardest.words}\n{caption(run)}")
-    one = max(hardest.run.intervals("LF", rigid=False) or [], key=lambda one: one.peak, default=None)
-    draw_close(figure.add_gridspec(1, 1)[0], run, hardest, one, 3*SOLVED)
-    return figure
-
-
-def draw_close(place: SubplotSpec, run: RunData, shown: Window | Recomputed, one: ContactInterval | None,
-               number: int = SOLVED) -> None:
-    """The panels around a contact `one` of the left flange in a place of a page; its patch is solved at `number` instants."""
-    fine, window = (shown.run, shown.window) if isinstance(shown, Recomputed) else (run, shown)
-    page = Page("", CLOSE).of(fine)
-    if page is None:
-        return
-    pressed = patch_history(fine, one, number) if one else np.empty((4, 0))
-    axes = draw_columns(place, fine, page.columns, window, alone=False, spare=int(pressed.size > 0))
+def close_page(run: RunData, again: Recomputed, title: str) -> Figure | None:
+    """A contact of the left flange, computed again with rows as close as it needs; None where it does not happen again."""
+    one = max(again.run.intervals("LF", rigid=False) or [], key=lambda one: one.peak, default=None)
+    if one is None:
+        return None
+    note = again.words if one.begins else f"{again.words}; the left flange is in contact from the first of them on"
+    figure = new_page(f"{run.heading}: {title}", run.header.title, f"{note}\n{caption(run)}")
+    window = around(again.run, "LF", one.start, one)
+    pressed = patch_history(again.run, one, 3*SOLVED)
+    axes = draw_columns(figure.add_gridspec(1, 1)[0], again.run, CLOSE, window, spare=int(pressed.size > 0))
     if pressed.size:
         draw_patch(axes[:, -1], pressed, window)
-    if isinstance(shown, Recomputed):
-        rows = slice(*np.searchsorted(run.time, [shown.start, shown.start + fine.time[-1]]))
-        axes[0, 0].plot(1e3*run.time[rows], KN*run.values("N_LF")[rows], ".", color=BLACK, markersize=3, zorder=6)
+    rows = slice(*np.searchsorted(run.time, [again.start + window.start, again.start + window.end]))
+    dots, = axes[0, 0].plot(window.of(run.time[rows] - again.start), KN*run.values("N_LF")[rows], ".", color=BLACK, markersize=3,
+                            zorder=6)
+    shows(dots, "N_LF [kN]", window.clock)
+    return figure
 
 
 def draw_patch(axes: np.ndarray, pressed: np.ndarray, window: Window) -> None:
     """Largest pressure and area of the patches of the left flange; the approach at the largest pressure in words."""
-    t = window.scale*(pressed[0] - window.zero)
+    t = window.of(pressed[0])
     look = CONTACT_LINES["LF"].kwargs() | {"marker": "o", "markersize": 2.5}
     hardest = int(pressed[1].argmax())
-    axes[0].set_title(f"left flange, largest; approach {number_text(MM*pressed[3, hardest])} mm", fontsize=6.3, loc="right",
-                      pad=2.5)
-    for ax, values, words in zip(axes, (1e-9*pressed[1], 1e6*pressed[2]), ("pressure [GPa]", "patch area [mm²]"), strict=True):
-        ax.plot(t, values, **look)
+    axes[0].set_title(f"left flange, largest;\napproach {number_text(MM*pressed[3, hardest])} mm", loc="right", pad=2.5)
+    for ax, values, words, shown in zip(axes, (1e-9*pressed[1], 1e6*pressed[2]), ("pressure [GPa]", "patch area [mm²]"),
+                                        ("pressure LF [GPa]", "area LF [mm²]"), strict=True):
+        curve, = ax.plot(t, values, **look)
+        shows(curve, shown, window.clock, "solved")
         ax.set_ylabel(words)
         ax.set_ylim(bottom=0)
+        ax.margins(x=0.03)
         ax.locator_params(axis="y", nbins=5)
-    axes[1].set_xlabel(window.axis)
+        ax.set_xlabel(window.axis)
 
 
 def chosen_impacts(run: RunData) -> tuple[list[ContactInterval], int]:

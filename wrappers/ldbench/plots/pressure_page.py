@@ -17,6 +17,7 @@ from ..pressure import Patch
 from ..results.run_data import RunData
 from .frame import caption, legend_above, new_page
 from .impact import RAIL_GREY
+from .named import shows
 from .sheets import save_sheets
 from .style import BLACK, BLUE, DASHED, GREEN, RED, ldbench_style
 
@@ -65,30 +66,41 @@ def draw_surface(figure: Figure, ax: Axes, patches: Sequence[Patch]) -> None:
         ends += patch.s_ends
         colours = ax.pcolormesh(MM*patch.x, MM*patch.s, np.ma.masked_equal(MPA*patch.p.T, 0), cmap="cividis", vmin=0,
                                 vmax=largest, shading="nearest")
-        ax.contour(MM*patch.x, MM*patch.s, MPA*patch.p.T, largest*np.arange(1, LEVELS)/LEVELS, colors="white", linewidths=0.3)
+        shows(colours, f"pressure {patch.contact} [MPa]", "x, s [mm]", "elements")
+        lines = ax.contour(MM*patch.x, MM*patch.s, MPA*patch.p.T, largest*np.arange(1, LEVELS)/LEVELS, colors="white",
+                           linewidths=0.3)
+        shows(lines, f"pressure {patch.contact} [MPa]", "x, s [mm]", "contours")
         if patch.hertz:
             half_x.append(patch.hertz.half_x)
             ends += [patch.s_deepest - patch.hertz.half_s, patch.s_deepest + patch.hertz.half_s]
-            ax.add_artist(Ellipse((0, MM*patch.s_deepest), 2*MM*patch.hertz.half_x, 2*MM*patch.hertz.half_s, fill=False,
-                                  edgecolor=RED, linestyle=DASHED, linewidth=1.1))
+            ellipse = Ellipse((0, MM*patch.s_deepest), 2*MM*patch.hertz.half_x, 2*MM*patch.hertz.half_s, fill=False,
+                              edgecolor=RED, linestyle=DASHED, linewidth=1.1)
+            ax.add_artist(shows(ellipse, f"Hertz's ellipse {patch.contact} [mm]", "x, s [mm]", "ellipse"))
     spare, widest = 0.05*(max(ends) - min(ends)), 1.05*MM*max(half_x)
     ax.set(xlim=(-widest, widest), ylim=(MM*(min(ends) - spare), MM*(max(ends) + spare)), xlabel="x along the rail [mm]",
            ylabel="s [mm]")
     ax.set_aspect("equal", adjustable="box")
     ax.grid(False)
-    figure.colorbar(colours, ax=ax, location="right", pad=0.02, aspect=12, fraction=0.06).set_label("pressure [MPa]")
+    bar = figure.colorbar(colours, ax=ax, location="right", pad=0.02, aspect=12, fraction=0.06)
+    bar.set_label("pressure [MPa]")
+    shows(bar.solids, "pressure [MPa]", how="legend")
 
 
 def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
     """The pressure along the rail and along the profile through the largest one, from there."""
     patch = hardest(patches)
     i, j = np.unravel_index(int(patch.p.argmax()), patch.p.shape)
-    ax.plot(MM*patch.x, MPA*patch.p[:, j], color=BLUE, linewidth=1.1, label="along the rail")
-    ax.plot(MM*(patch.s - patch.s_deepest), MPA*patch.p[i], color=GREEN, linewidth=1.1, label="along the profile")
-    if patch.hertz:
-        share = np.linspace(-1, 1, 201)
-        for half, colour in (patch.hertz.half_x, BLUE), (patch.hertz.half_s, GREEN):
-            ax.plot(MM*half*share, MPA*patch.hertz.largest*np.sqrt(1 - share**2), color=colour, linestyle=DASHED, linewidth=0.8)
+    names = f"pressure {patch.contact} [MPa]", "x [mm]", "s [mm]"
+    for x, p, half, colour, words, shown in (
+            (patch.x, patch.p[:, j], patch.hertz and patch.hertz.half_x, BLUE, "along the rail", names[1]),
+            (patch.s - patch.s_deepest, patch.p[i], patch.hertz and patch.hertz.half_s, GREEN, "along the profile", names[2])):
+        curve, = ax.plot(MM*x, MPA*p, color=colour, linewidth=1.1, label=words)
+        shows(curve, names[0], shown, "cut")
+        if patch.hertz and half:
+            share = np.linspace(-1, 1, 201)
+            curve, = ax.plot(MM*half*share, MPA*patch.hertz.largest*np.sqrt(1 - share**2), color=colour, linestyle=DASHED,
+                             linewidth=0.8)
+            shows(curve, names[0], shown, "Hertz")
     ax.set_ylim(bottom=0)
     ax.margins(x=0.03)
     legend_above(ax)
@@ -100,16 +112,22 @@ def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tup
     right = patches[0].contact.startswith("R")
     side, sign = outlines.sides[right]
     wheel = turned(side.wheel*[sign, 1], *at)
-    ax.add_artist(Polygon(MM*side.rail*[sign, 1], facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7))
-    ax.plot(*MM*wheel.T, color=BLACK, linewidth=0.9)
+    name = "right" if right else "left"
+    shows(ax.add_artist(Polygon(MM*side.rail*[sign, 1], facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7)), f"rail {name} [mm]",
+          "y [mm]", "outline")
+    outline, = ax.plot(*MM*wheel.T, color=BLACK, linewidth=0.9)
+    shows(outline, f"wheel {name} [mm]", "y [mm]", "outline")
     scale = HAIR/hardest(patches).largest
     for patch in patches:
         track, along = MM*patch.track, np.gradient(patch.track, axis=0)
         normal = sign*np.stack([-along[:, 1], along[:, 0]], axis=1)/np.linalg.norm(along, axis=1)[:, None]
         crest = track + scale*patch.p[len(patch.x)//2][:, None]*normal
-        ax.add_artist(Polygon(np.vstack([track, crest[::-1]]), facecolor=BLUE, alpha=0.35, linewidth=0))
+        names = f"pressure {patch.contact}", "place on the profile [mm]"
+        area = Polygon(np.vstack([track, crest[::-1]]), facecolor=BLUE, alpha=0.35, linewidth=0)
+        shows(ax.add_artist(area), *names, "crest")
         pressed = patch.p.max(axis=0) > 0
-        ax.plot(*track[pressed].T, color=RED, linewidth=2.0, solid_capstyle="butt")
+        touched, = ax.plot(*track[pressed].T, color=RED, linewidth=2.0, solid_capstyle="butt")
+        shows(touched, *names, "pressed")
     centre = MM*np.mean([patch.centre for patch in patches], axis=0)
     apart = max(MM*abs(patch.centre[0] - patches[0].centre[0]) for patch in patches)
     height = REACH + apart

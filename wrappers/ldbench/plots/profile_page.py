@@ -15,6 +15,7 @@ from ..profiles.measures import PROFILE_PARTS
 from ..profiles.profile import ProfileData
 from .frame import legend_above, new_page
 from .geometry import pair_page
+from .named import decoration, shows
 from .sheets import save_sheets
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, ldbench_style, plain
 
@@ -37,7 +38,8 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
     for column, profile in enumerate(profiles):
         shape, *distance, angle, curvature = (figure.add_subplot(grid[row, column]) for row in range(len(heights)))
         if distance:
-            distance[0].plot(profile.points[:, 0], 1e3*profile.distance(), ".", markersize=1.5, color=SKY)
+            dots, = distance[0].plot(profile.points[:, 0], 1e3*profile.distance(), ".", markersize=1.5, color=SKY)
+            shows(dots, "distance of the points [µm]", "y [mm]", "points", profile.kind)
             distance[0].set_ylabel("distance [µm]")
         draw_shape(shape, profile, found)
         curves = [(profile.smooth, "through the points", BLACK, 0.9)]
@@ -47,8 +49,10 @@ def profile_page(profiles: Sequence[ProfileData], found: Pair | None, note: str)
         if profile.smoothed_further:
             curves.append((profile.used, f"for a run smoothed by {profile.smoothing:.4f} mm", BLUE, 0.9))
         for stations, label, color, width in curves:
-            angle.plot(MM*stations.y, DEG*stations.angle, color=color, linewidth=width, label=label)
-            curvature.plot(MM*stations.y, stations.curvature, color=color, linewidth=width, label=label)
+            for ax, x, shown in ((angle, DEG*stations.angle, "tangent angle [°]"),
+                                 (curvature, stations.curvature, "curvature [1/m]")):
+                line, = ax.plot(MM*stations.y, x, color=color, linewidth=width, label=label)
+                shows(line, shown, "y [mm]", label, profile.kind)
         usual = np.percentile(np.abs(profile.smooth.curvature), 99)
         curvature.set_ylim(-1.4*usual, 1.4*usual)
         angle.set_ylabel("tangent angle [°]")
@@ -68,15 +72,18 @@ def draw_shape(ax: Axes, profile: ProfileData, found: Pair | None) -> None:
     """Points, curve and parts; of a wheel in a pair the ends of its zones."""
     colors = dict(zip(PROFILE_PARTS, (GREY, RED, ORANGE, BLUE, GREEN, PURPLE, BLUE, GREEN), strict=True))
     c = profile.smooth
-    ax.plot(*profile.points.T, ".", markersize=1.5, color=SKY, zorder=1)
+    dots, = ax.plot(*profile.points.T, ".", markersize=1.5, color=SKY, zorder=1)
+    shows(dots, "z [mm]", "y [mm]", "points", profile.kind)
     for k, name in enumerate(PROFILE_PARTS, 1):
         here = c.part == k
         if here.any():
-            ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)
+            line, = ax.plot(MM*np.where(here, c.y, np.nan), MM*c.z, color=colors[name], linewidth=1.4, label=name)
+            shows(line, "z [mm]", "y [mm]", f"part {name}", profile.kind)
     if found and profile.kind == "wheel":
         for first, *_ in found.zones["left"][:-1]:
             k = int(np.argmin(np.where((c.part > 1) & (c.part < 5), np.abs(c.y - first), np.inf)))
-            ax.plot(MM*c.y[k], MM*c.z[k], "|", color="black", markersize=12)
+            end, = ax.plot(MM*c.y[k], MM*c.z[k], "|", color="black", markersize=12)
+            shows(end, "z [mm]", "y [mm]", "end of a zone", profile.kind)
     (draw_wheel_dimensions if profile.kind == "wheel" else draw_rail_dimensions)(ax, profile)
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.05, 0.08)
@@ -107,7 +114,8 @@ def draw_wheel_dimensions(ax: Axes, profile: ProfileData) -> None:
     if "Sh" in lines:
         top = lines["Sh"][1][1]
         leads += [((y_tip, z_tip), (LEFT - 1, z_tip)), ((tape, top), (LEFT - 1, top))]
-        ax.plot([tape, tape], [top - 9, top + 6], color=GREY, linewidth=0.6, linestyle=(0, (8, 2, 2, 2)))
+        circle, = ax.plot([tape, tape], [top - 9, top + 6], color=GREY, linewidth=0.6, linestyle=(0, (8, 2, 2, 2)))
+        shows(circle, "tape circle", "y [mm]", "mark", profile.kind)
         ax.text(tape + 1, top - 8, "tape circle", fontsize=6, color=INK)
     if "Sd" in lines:
         z = lines["Sd"][0][1]
@@ -116,7 +124,8 @@ def draw_wheel_dimensions(ax: Axes, profile: ProfileData) -> None:
         (inner, bottom), (outer, _) = lines["qR"]
         leads += [((inner, z_tip + 2), (inner, bottom - 1)), ((outer, lines["Sd"][1][1]), (outer, bottom - 1))]
     for ends in leads:
-        ax.plot(*zip(*ends, strict=True), color=GREY, linewidth=0.4)
+        lead, = ax.plot(*zip(*ends, strict=True), color=GREY, linewidth=0.4)
+        decoration(lead)
     for name, (first, last) in lines.items():
         ax.annotate("", first, last, arrowprops=ARROW | {"arrowstyle": "<|-|>", "linewidth": 0.6})
         (x, y), words = np.mean([first, last], axis=0), f"{name} {MM*profile.measures[name]:.2f}"
@@ -145,7 +154,8 @@ def draw_rail_dimensions(ax: Axes, profile: ProfileData) -> None:
     gauge = MM*profile.measures["gauge_point_y"]
     if np.isfinite(gauge):
         z = MM*float(np.interp(gauge, MM*curve.y[:top + 1], curve.z[:top + 1]))
-        ax.plot([gauge], [z], "o", markersize=2.5, color=INK)
+        point, = ax.plot([gauge], [z], "o", markersize=2.5, color=INK)
+        shows(point, "z [mm]", "y [mm]", "gauge point", profile.kind)
         ax.annotate("gauge point", (gauge, z), (gauge + 1.5, z - 6), fontsize=6, ha="left", va="center", color=INK)
 
 

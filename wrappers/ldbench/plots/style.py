@@ -19,6 +19,7 @@ from matplotlib.ticker import NullFormatter
 from ..number_text import scientific
 
 PAGE = 11.69, 8.27          # A4 landscape [in]
+SIZE = 8.0                  # of letters [pt]
 
 BLACK, BLUE, SKY, RED, ORANGE, GREEN, PURPLE, GREY = (
     "#000000", "#0072B2", "#56B4E9", "#D55E00", "#E69F00", "#009E73", "#CC79A7", "#7F7F7F")
@@ -49,9 +50,9 @@ CODE_LINES = tuple(Line(color, dashes, width) for dashes, width in (("-", 0.9), 
 
 RC = {
     "font.family": "DejaVu Sans",
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "axes.labelsize": 8,
+    "font.size": SIZE,
+    "axes.titlesize": SIZE,
+    "axes.labelsize": SIZE,
     "axes.linewidth": 0.6,
     "axes.grid": True,
     "axes.axisbelow": True,
@@ -60,9 +61,9 @@ RC = {
     "axes.xmargin": 0.0,
     "grid.color": "#D9D9D9",
     "grid.linewidth": 0.4,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7,
+    "xtick.labelsize": SIZE,
+    "ytick.labelsize": SIZE,
+    "legend.fontsize": SIZE,
     "legend.framealpha": 0.85,
     "legend.edgecolor": "none",
     "legend.borderpad": 0.2,
@@ -87,6 +88,12 @@ def powers_of_ten(axis: Axis) -> None:
     """Numbers of a logarithmic axis over many decades, in letters of one size: small ones do not print."""
     axis.set_major_formatter(lambda x, _: scientific(x))
     axis.set_minor_formatter(NullFormatter())
+
+
+def short_numbers(axis: Axis) -> None:
+    """Numbers of a linear axis, each with its own power of ten where it needs one: a power beside the axis would lie over the panel
+    above."""
+    axis.set_major_formatter(lambda x, _: f"{x:.6g}".replace("e-0", "e-").replace("-", "−"))
 
 
 def plain_numbers(axis: Axis) -> None:

@@ -14,14 +14,14 @@ from .._core.errors import Error
 from .._core.files import complete
 from .._core.optional import needed
 from ..constants import CONTACT_NAMES
-from ..number_text import clearance_words, percent_text, scientific
+from ..number_text import UNKNOWN, clearance_words, percent_text, scientific
 from ..plots.figures import by_pair, contact_figure, derailment_figure, first_shown, free, impact_figure, motion_figure
 from ..plots.sheets import save_pages
 from ..plots.style import ldbench_style
 from ..results.columns import read_toml
 from ..results.quantities import OUTCOME
 from ..results.run_data import RETURNED, RunData
-from ..results.summary import CHAOTIC_NOTE, shown, summary_row
+from ..results.summary import CHAOTIC_NOTE, Shown, shown, summary_row
 from ..results.twins import Chaotic
 from . import formulations
 
@@ -29,6 +29,7 @@ TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
 SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the unknown profiles [%], as `make validate` has it
 
 AUTHORS = "authors.toml"                    # in the working directory
+SUBMISSION = "submission.toml"              # in the folder of the report, of what is sent
 KEYS = "name", "affiliation"                # of an author
 TIMES = {1: "once", 2: "twice"}
 
@@ -88,7 +89,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
     return {
         "version": first.header.version,
         "names": [run.name for run in runs],
-        "table": [[OUTCOME[key].brief, *(shown(row, key, chaotic, digits)._asdict() for row in rows.values())]
+        "table": [[OUTCOME[key].brief, *(cell(row, key, chaotic, digits) for row in rows.values())]
                   for key, digits in TABLE.items()],
         "chaotic": CHAOTIC_NOTE if any(key in TABLE for found in chaotic.values() for key in found) else "",
         "costs": costs(runs),
@@ -120,6 +121,13 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
         "pressure": pressure_facts(list(rows.values()), chaotic),
     }
+
+
+def cell(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None) -> dict[str, str]:
+    """A result in the table. The farthest places of a wheelset that derails are those where the run ends, and tell nothing."""
+    if key.startswith("farthest_") and row["t_derailment"] is not None:
+        return Shown(UNKNOWN, "", UNKNOWN)._asdict()
+    return shown(row, key, chaotic, digits)._asdict()
 
 
 def listed(runs: Sequence[RunData], name: str) -> str:
@@ -201,3 +209,11 @@ def read_authors(file: Path) -> list[dict[str, str]]:
         if "name" not in author:
             raise Error(file=file, place="author", expected="a name", found="none", advice=". Add name = \"...\"")
     return [{key: str(author.get(key, "")).strip() for key in KEYS} for author in authors]
+
+
+def described_authors(file: Path) -> list[dict[str, str]]:
+    """The authors and their organisation of the description of what is sent, which `submit` checks; none where it names none."""
+    told = read_toml(file) if file.exists() else {}
+    authors, organisation = told.get("authors"), told.get("organisation", "")
+    return [dict(zip(KEYS, (str(author).strip(), str(organisation).strip()), strict=True))
+            for author in authors] if isinstance(authors, list) else []

@@ -305,8 +305,8 @@ def exercises_page(found: Sequence[Outcome], exercises: Sequence[int], title: st
     for column, (exercise, pair) in zip(axes.T, shown, strict=True):
         own = [o for o in found if (o.exercise, o.pair) == (exercise, pair)]
         for ax, (key, label, scale) in zip(column, ROWS, strict=True):
-            draw_curves(ax, [(np.array(o.curves["t"]), scale*np.array(o.curves[key]), o.formulation, LINES[o.formulation])
-                             for o in own], exercise == 5)
+            draw_curves(ax, [(np.array(o.curves["t"]), scale*np.array(o.curves[key]), o.formulation, LINES[o.formulation],
+                              (f"{key} of {o.formulation}, {label}", "time [s]")) for o in own])
             if exercise == 5 and key in RAMP_LIMITS:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:

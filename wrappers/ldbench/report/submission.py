@@ -1,12 +1,12 @@
-"""The submission: ten column files, the PDF of plots, the abstract, summary.csv and a page of all results.
+"""The submission: ten column files, the PDF of plots, that of extras, the abstract, summary.csv and a page of all results.
 
 Each case runs with its twins (`results/twins.py`): the median and the range of all stand in the place of a chaotic result.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +14,19 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from .._core.calls import Progress
+from .._core.calls import Progress, version
 from .._core.files import make_results_folder, write_frame
 from .._core.kept import hashes, is_up_to_date, kept_in, kept_json, stamped, write_stamp
 from .._core.optional import needed
 from .._core.pools import in_threads
+from .._core.wording import counted
 from ..case import Case
-from ..plots.document import drawing
+from ..plots.document import Document, drawing, extra_chapters, general_chapters, run_chapters, summary_chapter
 from ..plots.energies import is_ramp
 from ..plots.figures import by_pair
+from ..plots.geometry import Shape
 from ..plots.impact import Recomputed
+from ..plots.sheets import Chapter
 from ..results.answers import answers
 from ..results.quantities import si_unit
 from ..results.run_data import RunData, read_data
@@ -48,13 +51,16 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
     """Make what is not up to date; the files of the submission."""
     needed("typst", "report")        # before the work, not after it
     cases = [case_job(case, outputs) for case in find_cases(inputs)]
-    signed = abstract.read_authors(Path(abstract.AUTHORS))
+    sources_of_authors = Path(abstract.AUTHORS), outputs/abstract.SUBMISSION
+    signed = abstract.read_authors(sources_of_authors[0]) or abstract.described_authors(sources_of_authors[1])
     make_results_folder(outputs)
-    with tqdm(total=2*len(cases) + 4, desc="report", disable=None) as bar:
+    with tqdm(total=3*len(cases) + 7, desc="report", disable=None) as bar:
         def tell(job: Job, ran: bool) -> None:
             bar.update()
             bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
 
+        if not signed:
+            bar.write(f"warning: the abstract names no authors; expected them in {' or in '.join(map(str, sources_of_authors))}")
         run_stale(cases, jobs, force, tell)
         files = [job.product for job in cases]
         submitted = cache(lambda: [read_data(file) for file in files])
@@ -62,12 +68,12 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         trusted = kept_trusts(inputs, outputs, jobs, force)
         twins = kept_twins(cases, jobs, force)
         compared, sampled = formulations.kept_file(outputs), [twins_file(job) for job in cases]
-        plotted, written, summary, shown = products = [
-            outputs/name for name in ("ldbench_plots.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
+        plotted, more, written, summary, shown = products = [outputs/name for name in (
+            "ldbench_plots.pdf", "ldbench_extras.pdf", "ldbench_abstract.pdf", "summary.csv", "ldbench_results.html")]
         variants = results.find_variants(files)
         sources = {
-            plotted: [*files, *sampled, compared, kept_file(outputs)], summary: [*files, *sampled],
-            written: [*files, *sampled, compared, Path(abstract.AUTHORS)], shown: [*files, *sampled, *variants, kept_file(outputs)]}
+            plotted: [*files, *sampled], more: [*files, compared, kept_file(outputs)], summary: [*files, *sampled],
+            written: [*files, *sampled, compared, *sources_of_authors], shown: [*files, *sampled, *variants, kept_file(outputs)]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
@@ -76,27 +82,66 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         chaotic = {run.name: spreads(summary_row(run), twins[run.name]) for run in runs}
         bodies = {one.case: peaks for one in trusted if (peaks := one.range_of("bodies", results.FIRST_PEAK))}
         # Before other processes are forked: a run starts threads of OpenMP.
-        fine = {run.name: around for run in runs if plotted in due and is_ramp(run)
+        fine = {run.name: around for run in runs if more in due and is_ramp(run)
                 and (around := first_and_hardest(run))}
 
         work: dict[Path, Callable[[], object]] = {
             summary: lambda: write_summary(runs, summary, twins),
             shown: lambda: results.results_page(runs, variants, chaotic, bodies).write(shown),
             written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed),
-            plotted: lambda: None}
+            plotted: lambda: None, more: lambda: None}
         with ExitStack() as stack:
-            if plotted in due:      # pages are drawn in other processes while the rest is made here
-                further = [(formulations.TITLE, formulations.figures(found, inputs)),
-                           *([(TITLE, report_pages(trusted))] if trusted else [])]
-                shapes = ((run, ContactTable(run.case).geometry()) for run, *_ in by_pair(runs).values())
-                work[plotted] = stack.enter_context(drawing(runs, plotted, shapes, jobs, bar.update, further, fine, chaotic))
+            # Pages are drawn in other processes while the rest is made here.
+            documents = [one for one in (
+                Document(plotted, SHEETS_TITLE, sheets_words(runs), front_of_sheets(runs, chaotic), run_chapters(runs)),
+                Document(more, EXTRAS_TITLE, EXTRAS_WORDS, general_chapters(runs, shapes(runs)), [
+                    *extra_chapters(runs, fine), (formulations.TITLE, formulations.figures(found, inputs)),
+                    *([(TITLE, report_pages(trusted))] if trusted else [])])) if one.target in due]
+            if documents:
+                finish = stack.enter_context(drawing(documents, jobs, bar.update))
+                work |= {one.target: partial(finish, one.target) for one in documents}
             for product, make in work.items():
                 if product in due:
                     make()
                     write_stamp(product, depends[product])
-                bar.update(len(files) + 1 if product == plotted and product not in due else 1)
+                drawn = {plotted: len(files), more: len(files) + 1 + bool(trusted)}.get(product, 0)     # chapters
+                bar.update(1 if product in due else 1 + drawn)
                 bar.write(product.name)
     return files + products
+
+
+SHEETS_TITLE = "ldbench: LD benchmark, plots of all results"
+EXTRAS_TITLE = "ldbench: LD benchmark, more plots than the call asks for"
+EXTRAS_WORDS = (
+    "What the call does not ask for: contact geometry, runs side by side, impacts with cross-sections, phase portraits and "
+    "spectra, exercise 5 over the lateral force and its first and hardest contact, contact formulations, and how far to trust an "
+    "answer.",
+    "The plots that the call asks for are in ldbench_plots.pdf.")
+
+
+def sheets_words(runs: Sequence[RunData]) -> list[str]:
+    """The first page of the plots in words."""
+    return [
+        f"ldbench {version()}: dynamics of a single wheelset on two rails, without friction. This document shows "
+        f"{counted(len(runs), 'run')}: exercises with the actual (aw) and the simplified (sw) profiles of wheel and rail. The "
+        "table of results comes first; each run then has four sheets with the quantities of the call in its order.",
+        "A row of a sheet shows one quantity: in the wide panel the whole run, beside it the first contact of the left flange and "
+        "that of the right flange, each over the time since the flange touched. Exercise 5 has its last second in the place of the "
+        "right flange, which is not touched. Curves go through the rows of the column files. Where a curve swings too fast to be "
+        "drawn, a light band goes from its smallest to its largest value, with the mean.",
+        "Track frame: Y is positive to the left, Z upwards, a positive roll Φ lifts the left wheel. The left side is blue, the "
+        "right side red; treads are dark and solid, flanges light and dashed; dotted lines mark events.",
+        "ldbench_extras.pdf has more plots than the call asks for."]
+
+
+def front_of_sheets(runs: Sequence[RunData], chaotic: Mapping[str, Mapping[str, Spread]]) -> Iterator[Chapter]:
+    """The table of results, when it is asked for."""
+    yield summary_chapter(runs, chaotic)
+
+
+def shapes(runs: Sequence[RunData]) -> Iterator[Shape]:
+    """The geometry functions of each pair of profiles."""
+    return ((run, ContactTable(run.case).geometry()) for run, *_ in by_pair(runs).values())
 
 
 def write_summary(runs: Sequence[RunData], target: Path, twins: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
