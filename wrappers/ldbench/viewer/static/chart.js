@@ -1,6 +1,8 @@
 // One chart: columns of the runs that are shown over time or over another column, or the differences of the further
 // runs from the first one over time.
 
+const MOST_WITH_EVENTS = 2;     // runs: the events of more of them are one grey area
+
 class Chart {
   constructor(page, {names, mode = "values", over = "", log = false, limits = null, acrossLimits = null}) {
     Object.assign(this, {page, names, mode: over ? "values" : mode, over, log, limits, acrossLimits});
@@ -188,6 +190,7 @@ class Chart {
 
   drawEvents(g) {
     const [start, end] = this.page.window, {box} = this;
+    if (this.page.runs.length > MOST_WITH_EVENTS) return;
     const within = this.page.events.all.filter(({t}) => t >= start && t <= end);
     const shown = within.length > (box.right - box.left) / 6 ? within.filter(event => !event.fromRows) : within;
     g.strokeStyle = this.page.colour.of("edge");

@@ -3,9 +3,9 @@
 
 const PATCH = {width: 150, height: 132};        // room for a patch [px]
 
-// Show the patches at a time, or hide their place.
+// Show the patches at the row of a time, or hide their place.
 function drawPatches(run, t, colour) {
-  const moment = run.pressure.find(one => Math.abs(one.t + run.shift - t) < 2e-7), holder = get("patches");
+  const row = run.rowTime(t) - run.shift, moment = run.pressure.find(one => Math.abs(one.t - row) < 2e-7), holder = get("patches");
   holder.hidden = !moment;
   if (moment) paintPatches(moment.patches, Math.max(Math.floor(holder.clientWidth / PATCH.width), 1), colour);
 }
