@@ -36,7 +36,7 @@ from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
-    "decode number_text reading series derived parts labels views scene pressure axes chart export hover picker panel values "
+    "decode number_text reading series derived parts labels views scene pressure axes chart vector export hover picker panel values "
     "events runs player address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
@@ -148,11 +148,12 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
     derived = derived_columns(columns)
     index, body = pack(time, columns, [event["t"] for event in events], cells, derived_values(run, derived))
     entry = {
-        "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
+        "name": run.name, "heading": run.heading, "title": run.header.title,
+        "task": run.heading if run.exercise else "", "file": run.file.name,
         "profiles": [f"{which}: {text}" for which, text in run.header.profiles.items()],
         "model": run.law, "ending": run.ending, "notes": notes,
-        "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
-                     "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
+        "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale, "group": one.group,
+                     "si": units.get(name, "")} | belonging(name) for name, one in known.items()],
         "derived": derived,
         "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answered), "opens": opening(answered),
         "hardest": hardest_entry(answered), "index": index,
@@ -160,6 +161,12 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         "namelist": namelist_text(run),
     }
     return entry, body
+
+
+def belonging(name: str) -> dict[str, str]:
+    """The contact and the side, 'L' or 'R', to which a column belongs: N_LF, PE_elastic_L; nothing for others."""
+    end = name.rpartition("_")[2]
+    return {"contact": end, "side": end[0]} if end in CONTACTS else {"side": end} if end in ("L", "R") else {}
 
 
 def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -178,7 +185,7 @@ def derived_columns(columns: Collection[str]) -> list[dict[str, Any]]:
     wheel, and sums over all contacts. Each is `sign` times the sum of the columns `of`, over the sum of those in `over`, if any."""
     def entry(name: str, words: str, kind: str, contacts: Sequence[str], over: str = "", sign: float = 1.0) -> dict[str, Any]:
         unit, si, scale = ("", "1", 1.0) if over else ("kN", "N", KN)
-        return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign,
+        return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign, **belonging(name),
                 "of": [f"{kind}_{contact}" for contact in contacts],
                 "over": [f"{over}_{contact}" for contact in contacts if over]}
 

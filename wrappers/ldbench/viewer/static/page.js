@@ -258,6 +258,8 @@ class Page {
       : fitContact(this.scene, first, shape, this.t, view));
   }
 
+  pictureName() { return [...this.runs.map(run => run.name), this.scene.view, `${timeWords(this.t)}s`].join("_").slice(0, 100); }
+
   redrawScene() { this.scene.draw(this.runs, this.shapes, this.t); }
 
   // Zoom about a place on the screen; without one, nearer goes to the contact that is in view.
@@ -311,6 +313,7 @@ class Page {
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
+    get("scene-save").append(...pictureButtons("the picture", () => this.pictureName(), kind => sceneAs(kind, this)));
     get("scrub").oninput = () => {
       this.pause();
       this.goToRow(this.track.time(Number(get("scrub").value)));
@@ -357,7 +360,7 @@ class Page {
 
 // The charts at first. Differences are shown of runs of one exercise.
 function defaultCharts(runs) {
-  const has = name => runs.some(run => run.has(name)), alike = new Set(runs.map(run => run.title).filter(Boolean)).size < 2;
+  const has = name => runs.some(run => run.has(name)), alike = new Set(runs.map(run => run.task).filter(Boolean)).size < 2;
   const wanted = runs.length > 1
     ? [[["Y"]], ...(alike ? [[["Y"], "difference"]] : []), [["N_LF"]], [["N_RF"]], [["roll"]], [["E_drift"]]]
     : [[["Y"]], [["N_LF", "N_RF"]], [["N_LT", "N_RT"]], [["KE_lat", "PE_elastic_L", "PE_elastic_R"]], [["E_drift"]]];
