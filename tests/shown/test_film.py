@@ -1,12 +1,16 @@
 """Pictures and frames of films: what they show of one run and of several, at which scale, and where they look."""
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from PIL import Image
+from pypdf import PdfReader
 
 import ldbench
 from invented import altered
@@ -157,3 +161,41 @@ def test_file(ending: str, world: World, tmp_path: Path):
         assert about["codec"] == "h264" and about["fps"] == rate
         frames = [np.frombuffer(frame, np.uint8) for frame in reader]
     assert len(frames) == 4 and all(np.any(a != b) for a, b in pairwise(frames))
+
+
+@pytest.mark.parametrize(("width", "runs"), [("84mm", 1), ("170mm", 1), ("170mm", 2), ("800px", 2), ("300mm", 1)])
+def test_width_of_a_picture(width: str, runs: int, world: World, tmp_path: Path):
+    """As asked for, in mm or px, in each kind of file; no letters are small, lie on each other or beyond the edge."""
+    files = [str(world.thrown.file), str(world.faster.file)][:runs]
+    number, unit = float(width[:-2]), width[-2:]
+    inches = number/{"mm": 25.4, "px": 96}[unit]
+    for ending in "pdf", "svg", "png":
+        target = tmp_path/f"picture.{ending}"
+        assert main(["view", *files, "-o", str(target), "--from", "0.02", "--width", width]) == 0
+        if ending == "pdf":
+            found = float(PdfReader(target).pages[0].mediabox.width)/72
+        elif ending == "svg":
+            found = float(re.search(r'width="([\d.]+)pt"', target.read_text())[1])/72
+        else:
+            found = Image.open(target).width/(300 if unit == "mm" else 96)
+        assert found == pytest.approx(inches, abs=0.01), ending
+    with ldbench_style():
+        figure = Picture([world.run(name) for name in ("ex2_aw", "ex3_aw")[:runs]], 0.0, 0.1, None, None, inches).still_figure(0.02)
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+    legends = [ax.get_legend() for ax in figure.axes if ax.get_legend()] + figure.legends
+    own = [text for text in (*figure.texts, *(text for legend in legends for text in legend.get_texts()),
+                             *(text for ax in figure.axes for text in (*ax.texts, ax.title, ax._left_title, ax.yaxis.label)))
+           if text.get_text() and text.get_visible()]
+    assert min(text.get_fontsize() for text in own) >= 7 and len(own) > 10
+    boxes = [text.get_window_extent(renderer) for text in own]
+    for one, box in zip(own, boxes, strict=True):
+        assert -1 <= box.x0 and box.x1 <= figure.bbox.width + 1 and 0 <= box.y0 and box.y1 <= figure.bbox.height, one
+        assert [other.get_text() for other, far in zip(own, boxes, strict=True) if other is not one and box.overlaps(far)] == [], one
+
+
+@pytest.mark.parametrize("words", ["170", "170cm", "9mm", "mm", "-170mm", "1e9px"])
+def test_a_width_that_makes_no_sense(words: str, world: World, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["view", str(world.thrown.file), "-o", str(tmp_path/"picture.svg"), f"--width={words}"]) == 2
+    assert f"such as 170mm or 1280px, found {words}" in capsys.readouterr().err
+    assert main(["view", str(world.thrown.file), "-o", str(tmp_path/"page.html"), "--width", "170mm"]) == 2

@@ -24,6 +24,7 @@ ARROW = 0.045                       # length of the largest force in the close-u
 HALF_WIDTH, BELOW, ABOVE = 0.098, 0.05, 0.064   # of a close-up, from the middle of the rail's top [m]
 WHEEL = {"facecolor": "#EEF0F3", "edgecolor": BLACK, "linewidth": 1.0}
 RAIL = {"facecolor": "#CFD4DA", "edgecolor": BLACK, "linewidth": 0.8}
+LETTERS = 0.22                      # height of the words at a scale with what is free round them [in]
 SCALE_GREY = "#404040"
 
 
@@ -144,7 +145,8 @@ class Scene:
             ax.set_title("left wheel" if far > 0 else "right wheel", fontsize=9, pad=4)
             start = ax.get_xlim()[0 if far > 0 else 1] - far*0.02*np.ptp(ax.get_xlim())
         low, high = ax.get_ylim()
-        step = (0.13 if self.side else 0.11)*(high - low)
+        tall = ax.get_position().height*ax.figure.get_size_inches()[1]          # [in]
+        step = max(0.13 if self.side else 0.11, LETTERS/tall)*(high - low)
         bar, force = low + 0.35*step, low + 1.35*step
         self.scale_force, self.scale_length = round_number(largest), 0.02 if self.side else 0.2
         length = self.unit*self.scale_force
@@ -153,7 +155,8 @@ class Scene:
         self.aim(self.scale_arrow, np.array([start, force]), np.array([-far*length, 0.0]))
         for y, size, words in ((bar, self.scale_length, f"{MM*self.scale_length:g} mm"),
                                (force, length, f"{KN*self.scale_force:g} kN")):
-            ax.text(start - far*size/2, y + 0.25*step, words, ha="center", va="bottom", fontsize=8, color=SCALE_GREY)
+            at, way = (start, "left" if far > 0 else "right") if self.side else (start - size/2, "center")
+            ax.text(at, y + 0.25*step, words, ha=way, va="bottom", fontsize=8, color=SCALE_GREY)
 
     def add_arrow(self, **look: object) -> FancyArrow:
         """Add an arrow, to be set by `aim`."""
