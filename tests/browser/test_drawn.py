@@ -6,6 +6,7 @@ column a curve must be, the numbers and the unit at the axes tell where it must 
 from __future__ import annotations
 
 import io
+import json
 import re
 from itertools import groupby
 from pathlib import Path
@@ -15,10 +16,11 @@ import pytest
 from pypdf import PdfReader
 
 from browser import Browser, go
+from ldbench.__main__ import main
 from probes import left_rail, left_wheel, turned
 from raw import PAIR, Raw
 from specimen import World
-from svg_picture import Part, axes, chart_picture, parts, scene_picture
+from svg_picture import Part, axes, chart_picture, parts, saved, scene_picture
 from table import COLUMNS, CONTACTS, KN, MM
 
 SMALL = {"nJ": 1e9, "µJ": 1e6}      # units of charts whose energies are small
@@ -242,3 +244,31 @@ def test_a_picture_for_a_paper(browser: Browser, report: Path, world: World):
         drawn = page.extract_text()
         assert all(part.text.replace("−", "-") in drawn.replace("−", "-") for part in found if re.fullmatch(r"[\w ,.\[\]−]+", part.text))
         assert browser.run("return document.documentElement.dataset.theme") == "dark" and browser.log() == []
+
+
+def test_patches_lie_as_they_are(browser: Browser, report: Path, world: World, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Length in rolling direction upwards, along the profile across, by the scale below; largest pressure and colour of the contact."""
+    raw = world.thrown
+    browser.open(report, "#c=N_LT,N_LF,N_RT,N_RF")
+    colours = {COLUMNS[words][0][2:]: look[0] for words, look in legend_of(parts(chart_picture(browser, 0))).items()}
+    for contact in "LF", "RF":
+        t = raw.t[raw.first_peak(contact)]
+        go(browser, t)
+        found = parts(saved(browser, "document.querySelector('#patches-save button').click()"))
+        assert {part.what for part in found} == {"paper", "patch in words", "patch", "pressure", "scale"}
+        assert main(["pressure", str(raw.file), "--at", repr(float(t)), "--contact", contact, "-o", str(tmp_path/"p.png"), "--json"]) == 0
+        (told,) = json.loads(capsys.readouterr().out)["patches"]
+        own = [part for part in found if part.name.get("contact") == contact]
+        outline = next(part for part in own if part.what == "patch" and part.width)
+        bar = next(part.points for part in own if part.what == "scale" and not part.text)
+        size = next(float(part.text.split()[0]) for part in own if part.what == "scale" and part.text)
+        across, along = np.nanmax(outline.points, axis=0) - np.nanmin(outline.points, axis=0)
+        scale = np.ptp(bar[1:, 0])/(1e-3*size)
+        assert (along/scale, across/scale) == pytest.approx((2*told["half_x"], 2*told["half_s"]), rel=0.06)
+        assert along > 2*across         # a flange's patch is long in rolling direction: its profile curves there most
+        assert outline.colour == colours[contact]
+        words = next(part.text for part in own if part.what == "patch in words")
+        assert words == f"{contact} {1e-6*told['largest']:.0f} MPa, {1e6*told['area']:.0f} mm²"
+        curve = next(part.points for part in own if part.what == "pressure" and part.width)[1:]
+        # The curve is that of the pressure through the middle: it rises from the base line to the full height once.
+        assert np.ptp(curve[:, 1]) == pytest.approx(24, abs=0.5) and abs(np.ptp(curve[:, 0]) - across) < 3

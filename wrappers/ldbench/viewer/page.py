@@ -293,7 +293,7 @@ def patch_entry(patch: Patch) -> dict[str, Any]:
     dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
     widths = np.minimum(patch.width/(len(half)*dx), 1)
     middle = half[0]/max(patch.largest, half.max())
-    return {"c": patch.contact, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
+    return {"c": patch.contact, "also": patch.also, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
             "x": float(f"{len(half)*dx:.4g}"), "s": float(f"{len(patch.s)*ds:.4g}"),
             "p": np.rint(LEVELS*middle).astype(int).tolist(), "w": np.rint(LEVELS*widths).astype(int).tolist()}
 

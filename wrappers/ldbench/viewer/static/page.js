@@ -173,7 +173,7 @@ class Page {
     this.t = Math.min(Math.max(t, this.start), this.end);
     if (this.t !== before && (this.t < start || this.t > end)) this.setWindow(this.t - 0.1 * (end - start), end - start);
     this.scene.draw(this.runs, this.shapes, this.t, !settled);
-    drawPatches(this.runs[0], this.t, this.colour);
+    drawPatches(this);
     this.placeCursors();
     get("scrub").value = this.track.share(this.t);
     get("clock").textContent = `${timeWords(this.t)} s`;
@@ -313,6 +313,7 @@ class Page {
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
+    get("patches-save").append(...pictureButtons("the patches", () => `${this.pictureName()}_patches`, kind => patchesAs(kind, this)));
     get("scene-save").append(...pictureButtons("the picture", () => this.pictureName(), kind => sceneAs(kind, this)));
     get("scrub").oninput = () => {
       this.pause();
@@ -354,7 +355,7 @@ class Page {
     drawBeyond(this);
     this.placeCursors();
     this.redrawScene();
-    drawPatches(this.runs[0], this.t, this.colour);
+    drawPatches(this);
   }
 }
 
