@@ -80,12 +80,14 @@ def draw_surface(figure: Figure, ax: Axes, patches: Sequence[Patch]) -> None:
         ends_of_image = (MM*x[0], MM*x[-1], MM*s[0], MM*s[-1])
         colours = ax.imshow(MPA*p.T, extent=ends_of_image, origin="lower", aspect="auto", cmap="cividis", vmin=0, vmax=largest,
                             interpolation="nearest")
-        ax.contour(MM*x, MM*s, MPA*np.nan_to_num(p).T, largest*np.arange(1, LEVELS)/LEVELS, colors="white", linewidths=0.3)
+        colours.set_gid(f"pressure.{patch.contact}")
+        lines = ax.contour(MM*x, MM*s, MPA*np.nan_to_num(p).T, largest*np.arange(1, LEVELS)/LEVELS, colors="white", linewidths=0.3)
+        lines.set_gid(f"pressure.contours.{patch.contact}")
         if patch.hertz:
             half_x.append(patch.hertz.half_x)
             ends += [patch.s_deepest - patch.hertz.half_s, patch.s_deepest + patch.hertz.half_s]
             ax.add_artist(Ellipse((0, MM*patch.s_deepest), 2*MM*patch.hertz.half_x, 2*MM*patch.hertz.half_s, fill=False,
-                                  edgecolor=RED, linestyle=DASHED, linewidth=1.1, label="Hertz's ellipse"))
+                                  edgecolor=RED, linestyle=DASHED, linewidth=1.1, label="Hertz's ellipse", gid=f"hertz.{patch.contact}"))
     spare, widest = 0.05*(max(ends) - min(ends)), 1.05*MM*max(half_x)
     ax.set(xlim=(-widest, widest), ylim=(MM*(min(ends) - spare), MM*(max(ends) + spare)), xlabel="x along the rail [mm]",
            ylabel="s along the profile [mm]")
@@ -99,13 +101,14 @@ def draw_cuts(ax: Axes, patches: Sequence[Patch]) -> None:
     patch = hardest(patches)
     x, s, p = patch.sections
     i, j = np.unravel_index(int(np.nanargmax(p)), p.shape)
-    ax.plot(MM*x, MPA*p[:, j], color=BLUE, linewidth=1.1, label="along the rail")
-    ax.plot(MM*(s - patch.s_deepest), MPA*p[i], color=GREEN, linewidth=1.1, label="along the profile")
+    ax.plot(MM*x, MPA*p[:, j], color=BLUE, linewidth=1.1, label="along the rail", gid=f"cut.x.{patch.contact}")
+    ax.plot(MM*(s - patch.s_deepest), MPA*p[i], color=GREEN, linewidth=1.1, label="along the profile",
+            gid=f"cut.s.{patch.contact}")
     if patch.hertz:
         share = np.linspace(-1, 1, 201)
-        for half, colour, label in (patch.hertz.half_x, BLUE, "Hertz"), (patch.hertz.half_s, GREEN, "Hertz"):
+        for way, half, colour in ("x", patch.hertz.half_x, BLUE), ("s", patch.hertz.half_s, GREEN):
             ax.plot(MM*half*share, MPA*patch.hertz.largest*np.sqrt(1 - share**2), color=colour, linestyle=DASHED, linewidth=0.8,
-                    label=label)
+                    label="Hertz", gid=f"hertz.{way}.{patch.contact}")
     ax.set_ylim(bottom=0)
     ax.margins(x=0.03)
     legend_above(ax)
@@ -117,17 +120,20 @@ def draw_section(ax: Axes, patches: Sequence[Patch], outlines: Outlines, at: tup
     right = patches[0].contact.startswith("R")
     side, sign = outlines.sides[right]
     wheel = turned(side.wheel*[sign, 1], *at)
-    ax.add_artist(Polygon(MM*side.rail*[sign, 1], facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7, label="rail"))
-    ax.plot(*MM*wheel.T, color=BLACK, linewidth=0.9, label="wheel")
+    ax.add_artist(Polygon(MM*side.rail*[sign, 1], facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7, label="rail",
+                          gid="section.rail"))
+    ax.plot(*MM*wheel.T, color=BLACK, linewidth=0.9, label="wheel", gid="section.wheel")
     scale = HAIR/hardest(patches).largest
     for patch in patches:
         track, along = MM*patch.track, np.gradient(patch.track, axis=0)
         normal = sign*np.stack([-along[:, 1], along[:, 0]], axis=1)/np.linalg.norm(along, axis=1)[:, None]
         crest = track + scale*patch.p[len(patch.x)//2][:, None]*normal
         ax.add_artist(Polygon(np.vstack([track, crest[::-1]]), facecolor=BLUE, alpha=0.35, linewidth=0,
-                              label=f"pressure at x = 0, {MPA*hardest(patches).largest:.0f} MPa at most"))
+                              label=f"pressure at x = 0, {MPA*hardest(patches).largest:.0f} MPa at most",
+                              gid=f"section.pressure.{patch.contact}"))
         pressed = patch.p.max(axis=0) > 0
-        ax.plot(*track[pressed].T, color=RED, linewidth=2.0, solid_capstyle="butt", label="pressed")
+        ax.plot(*track[pressed].T, color=RED, linewidth=2.0, solid_capstyle="butt", label="pressed",
+                gid=f"section.pressed.{patch.contact}")
     handles = {handle.get_label(): handle for handle in (*ax.patches, *ax.lines) if not handle.get_label().startswith("_")}
     legend_above(ax, ncols=2, handles=list(handles.values()))
     centre = MM*np.mean([patch.centre for patch in patches], axis=0)

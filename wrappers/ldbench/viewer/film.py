@@ -139,7 +139,8 @@ class Picture:
         self.value_font = font("DejaVu Sans", 9 if n == 1 else 8 if n < 5 else 7)
         self.charts: dict[str, Axes] = {}
         self.draw_charts(panels)
-        self.cursors = [ax.axvline(color=GREY, linewidth=1.0, animated=True) for ax in dict.fromkeys(self.charts.values())]
+        self.cursors = [ax.axvline(color=GREY, linewidth=1.0, animated=True, gid=f"cursor.{k}")
+                        for k, ax in enumerate(dict.fromkeys(self.charts.values()))]
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)   # what does not move is drawn once
 
@@ -185,7 +186,8 @@ class Picture:
                 known = quantity(column)
                 line = actor.line if self.several else CONTACT_LINES.get(column.rpartition("_")[2], SERIES[0])
                 t, x = (actor.part(name, self.start, self.end) for name in ("time", column))
-                ax.plot(self.scale*t, known.scale*x, label=plain(known.words), **line.kwargs())
+                ax.plot(self.scale*t, known.scale*x, label=plain(known.words), gid=f"column.{column}.{actor.run.name}.{known.unit}",
+                        **line.kwargs())
         if len(columns) > 1:
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=1 if self.layout.narrow else 2, borderaxespad=0.1, fontsize=8)
             ax.set_ylabel(plain(quantity(columns[0])._replace(words=known.words.partition(",")[0]).label))
