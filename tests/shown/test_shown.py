@@ -325,7 +325,13 @@ def test_formulations(world: World):
                  for one, there in zip(shown, known, strict=True)]
         # The values beside have four digits, which is up to 0.1 % of their ratio.
         slack = max(2e-3, *(0.1/share for share in shares if share > 0))
-        lines.append(Line(rf"^{words} {' '.join(parts)}$", f"{words} [%]", lambda w, shares=shares: shares, slack))
+        # Below it stand the elastic value and the farthest one.
+        factor = 1e3 if "contact" in words or "return" in words else 1
+        pairs = [factor*x for one, there in zip(shown, known, strict=True) if there for x in (
+            one[0], one[1 + int(np.nanargmax(np.abs(one[1:] - one[0])))])]
+        both = " ".join(r"(\S+) / (\S+)" for there in known if there)
+        lines.append(Line(rf"^{words} {' '.join(parts)}\n +elastic / farthest \[\S+\] {both} ?$", f"{words} [%], values",
+                          lambda w, shares=shares, pairs=pairs: [*shares, *pairs], slack))
     hops = [shown_values(world, "lift-offs of both wheels", exercise) for exercise in (2, 5)]
     lines.append(Line(r"^lift-offs of both wheels (\d+) to (\d+) (\d+) to (\d+)$", "fewest and most lift-offs",
                       lambda w: [end(x) for x in hops for end in (min, max)]))
