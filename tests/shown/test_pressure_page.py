@@ -63,6 +63,7 @@ def test_every_part_of_the_picture(contact: str, world: World):
     image = parts["pressure"]
     x0, x1, s0, s1 = image.get_extent()
     p, force = np.nan_to_num(np.ma.filled(image.get_array(), np.nan)), raw.c[f"N_{contact}"][k]
+    assert np.abs(p - p[:, ::-1]).max() < 1e-3*p.max() < np.abs(p - p[::-1]).max()        # as before the axle, so behind it
     cell = (x1 - x0)*(s1 - s0)/p.size
     assert 1e6*p.sum()*cell*1e-6 == pytest.approx(force, rel=0.04) and x1 - x0 > 2*(s1 - s0)
     largest = force/((p > 0).sum()*cell*1e-6)/FULLNESS[0]
