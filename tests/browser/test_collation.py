@@ -14,6 +14,7 @@ from running import once
 from specimen import World
 from table import MM
 
+CHART = "lateral displacement Y of all codes"
 RECORD = """window.drawn = []; let path = [];
   const own = CanvasRenderingContext2D.prototype, {moveTo, lineTo, stroke, beginPath, fillText} = own;
   own.beginPath = function () { path = []; beginPath.call(this); };
@@ -22,7 +23,8 @@ RECORD = """window.drawn = []; let path = [];
   own.stroke = function () { window.drawn.push({chart: this.canvas.getAttribute('aria-label'), colour: this.strokeStyle, path});
     stroke.call(this); };
   own.fillText = function (text, x, y) {
-    window.drawn.push({chart: this.canvas.getAttribute('aria-label'), text, x, y, align: this.textAlign}); fillText.call(this, text, x, y); };
+    window.drawn.push({chart: this.canvas.getAttribute('aria-label'), text, x, y, align: this.textAlign});
+    fillText.call(this, text, x, y); };
   [...document.querySelectorAll('button')].find(button => button.textContent === 'all').click()"""
 
 
@@ -76,7 +78,7 @@ def test_curves_are_those_of_the_files(browser: Browser, collated: Path, world: 
     """The lateral displacement of each code, by the numbers at the axes, in the colour that stands beside its name."""
     browser.driver.get((collated/"out/collation.html").as_uri())
     browser.run(RECORD)
-    drawn = [one for one in browser.wait(lambda: browser.run("return window.drawn")) if one["chart"] == "lateral displacement Y of all codes"]
+    drawn = [one for one in browser.wait(lambda: browser.run("return window.drawn")) if one["chart"] == CHART]
     ticks = {align: np.array([[one[at], value(one["text"])[0]] for one in drawn if one.get("align") == align])
              for align, at in (("center", "x"), ("right", "y"))}
     ticks["right"][:, 0] -= 4       # letters stand so much below the line of their number
@@ -85,8 +87,8 @@ def test_curves_are_those_of_the_files(browser: Browser, collated: Path, world: 
       [label.textContent, getComputedStyle(label.querySelector('path')).stroke]))""")
     assert len(set(looks.values())) == 4
     for name, raw in ("Alpha", world.thrown), ("Beta", world.faster):
-        colour = [int(x) for x in looks[name].removeprefix("rgb(").removesuffix(")").split(",")]
-        path = np.array(next(one["path"] for one in drawn if "path" in one and one["colour"] == "#{:02x}{:02x}{:02x}".format(*colour)))
+        colour = "#{:02x}{:02x}{:02x}".format(*(int(x) for x in looks[name].removeprefix("rgb(").removesuffix(")").split(",")))
+        path = np.array(next(one["path"] for one in drawn if "path" in one and one["colour"] == colour))
         t, y = np.polyval(across, path[:, 0]), np.polyval(up, path[:, 1])
         inside = (t > raw.t[0]) & (t < raw.t[-1])
         np.testing.assert_allclose(y[inside], MM*np.interp(t[inside], raw.t, raw.c["Y"]), atol=0.02*np.ptp(MM*raw.c["Y"]))

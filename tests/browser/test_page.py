@@ -112,7 +112,8 @@ def test_every_number_of_the_page(page: Browser, world: World):
                lambda w, m, c=contact: (raw.peak(c)[1], 1e-3*raw.peak(c)[0]), often=True)
           for words, contact in CONTACTS.items()),
         Line(r"^largest pressure: (\S+) MPa, right flange, at (\S+) s, y (\S+) mm, z (\S+) mm", "largest pressure, when and where",
-             lambda w: [scale*raw.result(name) for name, scale in (("pmax", 1e-6), ("t_pmax", 1), ("pmax_y", 1e3), ("pmax_z", 1e3))]),
+             lambda w: [scale*raw.result(name) for name, scale in (
+                 ("pmax", 1e-6), ("t_pmax", 1), ("pmax_y", 1e3), ("pmax_z", 1e3))]),
         Line(r"^(\S+) s largest pressure, right flange, (\S+) MPa$", "largest pressure and when",
              lambda w: (raw.result("t_pmax"), 1e-6*raw.result("pmax")))]
     rows = [result.words for result in RESULTS.values()] + [words for both in PRESSED.values() for words in both]

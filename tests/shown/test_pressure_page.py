@@ -23,7 +23,8 @@ NAMES = {"pressure", "pressure.contours", "hertz", "cut.x", "cut.s", "hertz.x", 
 def named_parts(figure: Figure, contact: str) -> dict[str, object]:
     """The parts of a page of one contact by their names; all of them have one."""
     surface, cuts, section, bar = figure.axes
-    parts = [artist for ax in (surface, cuts, section) for artist in (*ax.lines, *ax.patches, *ax.images, *ax.collections, *ax.artists)]
+    parts = [artist for ax in (surface, cuts, section)
+             for artist in (*ax.lines, *ax.patches, *ax.images, *ax.collections, *ax.artists)]
     names = [str(part.get_gid()).removesuffix(f".{contact}") for part in parts]
     assert sorted(names) == sorted(NAMES) and bar.get_xlabel() == "pressure [MPa]"
     return dict(zip(names, parts, strict=True))
@@ -75,16 +76,19 @@ def test_every_part_of_the_picture(contact: str, world: World):
     for way, half, words in (("x", (x1 - x0)/2, "along the rail"), ("s", (s1 - s0)/2, "along the profile")):
         cut, hertz = parts[f"cut.{way}"], parts[f"hertz.{way}"]
         places, values = cut.get_xydata()[np.isfinite(cut.get_ydata())].T
-        assert cut.get_label() == words and cut.get_color() == hertz.get_color() and cut.get_linestyle() == "-" != hertz.get_linestyle()
+        assert cut.get_label() == words and cut.get_color() == hertz.get_color()
+        assert cut.get_linestyle() == "-" != hertz.get_linestyle()
         assert half/2 < np.ptp(places)/2 < 1.05*half and values.max() == pytest.approx(p.max(), rel=1e-9)
         assert np.ptp(hertz.get_xdata()) == pytest.approx({"x": ellipse.width, "s": ellipse.height}[way], rel=1e-9)
-        assert 1e6*hertz.get_ydata().max()*2/3*np.pi/4*ellipse.width*ellipse.height*1e-6 == pytest.approx(1e6*p.sum()*cell*1e-6, rel=0.02)
+        volume = hertz.get_ydata().max()*2/3*np.pi/4*ellipse.width*ellipse.height
+        assert volume == pytest.approx(p.sum()*cell, rel=0.02)
     check_section(parts, raw, int(k), contact)
     for ax in cuts, section:
         legend = ax.get_legend()
         shown = {text.get_text() for text in legend.get_texts()}
         assert shown == {part.get_label() for part in (*ax.lines, *ax.patches)}
-    pressed = next(handle for handle, text in zip(section.get_legend().legend_handles, section.get_legend().get_texts(), strict=True)
+    legend = section.get_legend()
+    pressed = next(handle for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True)
                    if text.get_text() == "pressed")
     assert to_hex(pressed.get_color()) == to_hex(parts["section.pressed"].get_color())
     assert re.fullmatch(r"pressure at x = 0, (\d+) MPa at most", parts["section.pressure"].get_label())

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from xml.etree import ElementTree
 
 import numpy as np
@@ -74,7 +75,8 @@ def parts(svg: str) -> list[Part]:
             points = np.array([[float(arc[1]) + radius, float(arc[2])]])
         else:
             pieces = re.findall(r"([ML])(-?[\d.]+) (-?[\d.]+)", get("d"))
-            points = np.array([one for kind, x, y in pieces for one in ([[np.nan]*2] if kind == "M" else []) + [[float(x), float(y)]]])
+            points = np.array([one for kind, x, y in pieces
+                               for one in ([[np.nan]*2] if kind == "M" else []) + [[float(x), float(y)]]])
         found.append(Part(name, points @ matrix[:4].reshape(2, 2) + matrix[4:], element.text or "" if tag == "text" else "",
                           get("fill") if area else get("stroke"), get("stroke-dasharray") or "",
                           0.0 if area else float(get("stroke-width")), radius, get("text-anchor") or "", matrix[1] != 0))
@@ -99,7 +101,7 @@ def axes(found: list[Part]) -> Axes:
     own = [part for part in found if part.what == "axes"]
     scales: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
     unit, label = "", ""
-    for line, text in zip(own, own[1:], strict=False):
+    for line, text in pairwise(own):
         if text.text and not line.text and not text.turned:
             number, _, more = text.text.partition(" ")
             unit = unit or more

@@ -118,8 +118,8 @@ class Patch:
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
-        names = ("contact", "also", "force", "integral", "energy", "largest", "mean", "area", "half_x", "half_s", "approach", "angle",
-                 "centre", "centre_wheel", "s_centre", "s_ends")
+        names = ("contact", "also", "force", "integral", "energy", "largest", "mean", "area", "half_x", "half_s", "approach",
+                 "angle", "centre", "centre_wheel", "s_centre", "s_ends")
         hertz = self.hertz and {name: getattr(self.hertz, name) for name in ("half_x", "half_s", "area", "largest")}
         return {name: getattr(self, name) for name in names} | {"hertz": hertz}
 

@@ -51,8 +51,8 @@ def apart_text(x: float, limits: Sequence[float], digits: int = 3) -> str:
 
 
 def times_text(x: float) -> str:
-    """How many times a yardstick a number is, in two digits. Beyond a hundred times and below a hundredth only that is said: so small
-    a yardstick, or such a small number, measures nothing."""
+    """How many times a yardstick a number is, in two digits. Beyond a hundred times and below a hundredth only that is said: so
+    small a yardstick, or such a small number, measures nothing."""
     return f"> {MANY_TIMES}" if x > MANY_TIMES else f"< {1/MANY_TIMES:g}" if 0 < x < 1/MANY_TIMES else two_digits(x)
 
 

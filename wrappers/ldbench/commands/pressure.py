@@ -19,7 +19,7 @@ import numpy as np
 
 from .._core.errors import Error
 from .._core.files import check_written
-from ..constants import CONTACT_NAMES, DEG, KN, MM
+from ..constants import CONTACT_NAMES, KN, MM
 from ..geometry.pressures import run_patches
 from ..plots.pressure_page import force_words, patch_name, save_page
 from ..plots.sheets import check_sheets

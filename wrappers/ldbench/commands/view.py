@@ -73,8 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--speed", type=speed, metavar="X",
                         help="speed of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
     parser.add_argument("--width", type=width, metavar="X",
-                        help="width of a picture .png, .svg or .pdf in mm or px, such as 170mm or 1280px: letters keep their size, and a "
-                             "narrow picture has its charts below the wheelset (default: 1280 pixels of a PNG file, 325 mm)")
+                        help="width of a picture .png, .svg or .pdf in mm or px, such as 170mm or 1280px: letters keep their size, "
+                             "and a narrow picture has its charts below the wheelset (default: 1280 pixels of a PNG file, 325 mm)")
     parser.add_argument("--no-browser", dest="browser", action="store_false",
                         help="write the page and do not open it; pipes, CI and machines without a display never open it")
 

@@ -33,8 +33,9 @@ def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
     figure = new_page(f"{run.heading}: pressure at t = {run.time[k]:.6f} s", run.header.title,
                       "pressure of elastic half-spaces on the surface developed into the plane: x along the rail, s along the "
                       "wheel's profile towards the field side; dashed: Hertz's ellipse with ∫p dA and the curvatures where the "
-                      "approach is largest; forces and angles are those of the columns, by which the elastic energy changes with the "
-                      "pose; ∫p dA adds pressures without their directions and exceeds the force where normals turn over a patch"
+                      "approach is largest; forces and angles are those of the columns, by which the elastic energy changes "
+                      "with the pose; ∫p dA adds pressures without their directions and exceeds the force where normals turn over a "
+                      "patch"
                       f"\n{caption(run)}")
     axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={"height_ratios": [1, 0.85, 1]})
     outlines, _ = run_outlines(run)
@@ -87,7 +88,8 @@ def draw_surface(figure: Figure, ax: Axes, patches: Sequence[Patch]) -> None:
             half_x.append(patch.hertz.half_x)
             ends += [patch.s_deepest - patch.hertz.half_s, patch.s_deepest + patch.hertz.half_s]
             ax.add_artist(Ellipse((0, MM*patch.s_deepest), 2*MM*patch.hertz.half_x, 2*MM*patch.hertz.half_s, fill=False,
-                                  edgecolor=RED, linestyle=DASHED, linewidth=1.1, label="Hertz's ellipse", gid=f"hertz.{patch.contact}"))
+                                  edgecolor=RED, linestyle=DASHED, linewidth=1.1, label="Hertz's ellipse",
+                                  gid=f"hertz.{patch.contact}"))
     spare, widest = 0.05*(max(ends) - min(ends)), 1.05*MM*max(half_x)
     ax.set(xlim=(-widest, widest), ylim=(MM*(min(ends) - spare), MM*(max(ends) + spare)), xlabel="x along the rail [mm]",
            ylabel="s along the profile [mm]")

@@ -251,7 +251,8 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
     for key in JUDGED:
         cells.append((SHORT[key], [verdict(values_of(found, case, key), key) for case in cases]))
         if key != "lift_offs":
-            cells.append((f"    elastic / farthest [{in_table(key).unit}]", [(farthest(values_of(found, case, key), key), "") for case in cases]))
+            cells.append((f"    elastic / farthest [{in_table(key).unit}]",
+                          [(farthest(values_of(found, case, key), key), "") for case in cases]))
     cells.append(("ending", [("differs", DECIDES) if len(endings[case]) > 1 else ("the same", AGREE) for case in cases]))
     colours = [[""]*len(cases), *([colour for _, colour in line] for _, line in cells)]
     body = figure.add_gridspec(2, 1, height_ratios=(1.6, 1))

@@ -189,7 +189,8 @@ class Picture:
                 ax.plot(self.scale*t, known.scale*x, label=plain(known.words), gid=f"column.{column}.{actor.run.name}.{known.unit}",
                         **line.kwargs())
         if len(columns) > 1:
-            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=1 if self.layout.narrow else 2, borderaxespad=0.1, fontsize=8)
+            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=1 if self.layout.narrow else 2, borderaxespad=0.1,
+                      fontsize=8)
             ax.set_ylabel(plain(quantity(columns[0])._replace(words=known.words.partition(",")[0]).label))
         else:
             ax.set_title(plain(known.label), loc="left", fontsize=8, pad=2)
@@ -230,7 +231,8 @@ class Picture:
         """All texts that change: place in the figure, words, font and anchor. Pillow draws them in a tenth of the time that
         matplotlib takes."""
         place = self.layout
-        yield place.clock, f"{1e3*t:{'' if place.clock_below else 10}.3f} ms   {self.speed}".rstrip(), self.clock_font, "la" if place.clock_below else "ra"
+        wide, anchor = ("", "la") if place.clock_below else (10, "ra")
+        yield place.clock, f"{1e3*t:{wide}.3f} ms   {self.speed}".rstrip(), self.clock_font, anchor
         for k, actor in enumerate(self.actors):
             name = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
             yield (place.edge, place.values - k*place.row), name + actor.pose_words(t), self.value_font, "la"

@@ -36,8 +36,8 @@ from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
-    "decode number_text reading series derived parts labels views scene pressure axes chart vector export hover picker panel values "
-    "events runs player address keys page").split()]
+    "decode number_text reading series derived parts labels views scene pressure axes chart vector export hover picker panel "
+    "values events runs player address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
 NAMED = 4                   # runs of a page without exercises that its title names
@@ -185,8 +185,8 @@ def derived_columns(columns: Collection[str]) -> list[dict[str, Any]]:
     wheel, and sums over all contacts. Each is `sign` times the sum of the columns `of`, over the sum of those in `over`, if any."""
     def entry(name: str, words: str, kind: str, contacts: Sequence[str], over: str = "", sign: float = 1.0) -> dict[str, Any]:
         unit, si, scale = ("", "1", 1.0) if over else ("kN", "N", KN)
-        return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign, **belonging(name),
-                "of": [f"{kind}_{contact}" for contact in contacts],
+        return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign,
+                **belonging(name), "of": [f"{kind}_{contact}" for contact in contacts],
                 "over": [f"{over}_{contact}" for contact in contacts if over]}
 
     found = []

@@ -142,5 +142,6 @@ def percent(share: float, digits: int = 3) -> str:
 def row(words: str, one: Score, share: float) -> str:
     """A line of the table."""
     by_hertz = one.difference/one.hertz if one.hertz > 0 else float("nan")
-    return (f"  {words:{WIDTH}} {apart_text(one.difference, GRADES, 2):>10} {UNKNOWN if one.grade is None else f'{one.grade:g}':>6} "
+    grade = UNKNOWN if one.grade is None else f"{one.grade:g}"
+    return (f"  {words:{WIDTH}} {apart_text(one.difference, GRADES, 2):>10} {grade:>6} "
             f"{percent(share):>5} % {times_text(by_hertz):>9} {times_text(one.of_spread):>9}")

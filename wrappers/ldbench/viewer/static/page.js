@@ -313,7 +313,8 @@ class Page {
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
-    get("patches-save").append(...pictureButtons("the patches", () => `${this.pictureName()}_patches`, kind => patchesAs(kind, this)));
+    get("patches-save").append(...pictureButtons("the patches", () => `${this.pictureName()}_patches`,
+                                                 kind => patchesAs(kind, this)));
     get("scene-save").append(...pictureButtons("the picture", () => this.pictureName(), kind => sceneAs(kind, this)));
     get("scrub").oninput = () => {
       this.pause();

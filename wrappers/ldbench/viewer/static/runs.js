@@ -61,15 +61,16 @@ function commonStretch(runs) {
 
 // Say which runs go on behind the stretch that is shown, with a button for all of the time, and for the stretch again.
 function drawBeyond(page) {
-  const {runs, stretch: [start, end], shows} = page, longer = runs.filter(run => run.end > end);
+  const {runs, stretch: [start, end]} = page, longer = runs.filter(run => run.end > end);
   get("beyond").hidden = !longer.length;
   if (!longer.length) return;
   const words = t => `${numberText(t, {digits: 3})} s`, first = `${start ? `${words(start)} to ` : "first "}${words(end)}`;
-  const names = longer.length > 3 ? `${longer.length} runs go` : `${longer.map(run => run.name).join(", ")} ${longer.length > 1 ? "go" : "goes"}`;
-  const inside = shows.call(page, start, end), button = make("button", {type: "button", onclick: () => page.wholeRun()},
-                                                             inside ? `all ${words(page.end)}` : first);
+  const names = longer.length > 3 ? `${longer.length} runs` : longer.map(run => run.name).join(", ");
+  const inside = page.shows(start, end), button = make("button", {type: "button", onclick: () => page.wholeRun()},
+                                                       inside ? `all ${words(page.end)}` : first);
   drawAgain(get("beyond"), () => get("beyond").replaceChildren(
-    `${runs.length - longer.length} of ${runs.length} runs end in the ${first}; ${names} on to ${words(page.end)}. `, button));
+    `${runs.length - longer.length} of ${runs.length} runs end in the ${first}; ${names} ${longer.length > 1 ? "go" : "goes"} on `
+      + `to ${words(page.end)}. `, button));
 }
 
 // Where and when the pressure is largest, with a button that goes there: of each of two runs, or of the run in which it is largest.

@@ -235,7 +235,8 @@ class Scene {
       if (!contact || !Number.isFinite(contact.u + contact.v + contact.angle)) continue;
       const [x, y] = this.px(...this.placed(run, pose, [contact.u, contact.v]));
       const colour = first ? this.colour.of(c) : this.colour.run(run);
-      const side = c[0] === "L" ? 1 : -1, named = what => naming(g, {what, run: run.name, contact: c, side: c[0], unit: "kN", factor: 1e-3});
+      const side = c[0] === "L" ? 1 : -1;
+      const named = what => naming(g, {what, run: run.name, contact: c, side: c[0], unit: "kN", factor: 1e-3});
       const angle = contact.angle * side + (this.settings.roll - 1) * pose.roll;
       const nx = Math.sin(angle), ny = -Math.cos(angle);      // on the screen, from the rail into the wheel
       g.strokeStyle = g.fillStyle = colour;
@@ -260,7 +261,8 @@ class Scene {
       this.labels.keepArrow(x, y, ax, ay, length);
       const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
       if (inside && first)
-        found.push([{what: "force in words", run: run.name, contact: c}, `${c} ${forceWords(run, c, at)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
+        found.push([{what: "force in words", run: run.name, contact: c}, `${c} ${forceWords(run, c, at)}`,
+                    x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
     }
     return found;
   }

@@ -6,9 +6,9 @@ const DIGITS_ABOVE = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 // The part of a canvas context that charts and scene use.
 class Vector {
   constructor(w, h) {
-    Object.assign(this, {w, h, parts: [], path: [], state: {at: [1, 0, 0, 1, 0, 0], clip: null, alpha: 1}, saved: [], name: {}});
-    Object.assign(this, {fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, dash: [], textAlign: "left", textBaseline: "alphabetic",
-                         font: "11px"});
+    Object.assign(this, {w, h, parts: [], path: [], saved: [], name: {}, font: "11px"});
+    Object.assign(this, {state: {at: [1, 0, 0, 1, 0, 0], clip: null, alpha: 1}, lineWidth: 1, dash: []});
+    Object.assign(this, {fillStyle: "#000", strokeStyle: "#000", textAlign: "left", textBaseline: "alphabetic"});
   }
 
   set globalAlpha(alpha) { this.state.alpha = alpha; }
@@ -55,9 +55,9 @@ class Vector {
 
 class SvgContext extends Vector {
   put(line, area) {
-    const look = line ? {d: pathWords(line), fill: "none", stroke: this.strokeStyle, "stroke-width": this.lineWidth,
-                         "stroke-dasharray": this.dash.join(" "), "stroke-linejoin": "round"} : {d: pathWords(area), fill: this.fillStyle};
-    this.element("path", look);
+    const d = pathWords(line ?? area);
+    this.element("path", area ? {d, fill: this.fillStyle} : {d, fill: "none", stroke: this.strokeStyle,
+      "stroke-width": this.lineWidth, "stroke-dasharray": this.dash.join(" "), "stroke-linejoin": "round"});
   }
 
   write(text, x, y, outlined) {
@@ -134,8 +134,9 @@ class PdfContext extends Vector {
     const states = this.alphas.map((alpha, k) => `/A${k} <</CA ${alpha} /ca ${alpha}>>`).join(" ");
     const fonts = [["F", "Helvetica", "/Encoding /WinAnsiEncoding"], ["S", "Symbol", ""]].map(([key, name, more]) =>
       `/${key} <</Type /Font /Subtype /Type1 /BaseFont /${name} ${more}>>`).join(" ");
+    const resources = `<</Font <<${fonts}>> /ExtGState <<${states}>>>>`;
     const objects = ["<</Type /Catalog /Pages 2 0 R>>", "<</Type /Pages /Kids [3 0 R] /Count 1>>",
-      `<</Type /Page /Parent 2 0 R /MediaBox [0 0 ${w} ${h}] /Contents 4 0 R /Resources <</Font <<${fonts}>> /ExtGState <<${states}>>>>>>`,
+      `<</Type /Page /Parent 2 0 R /MediaBox [0 0 ${w} ${h}] /Contents 4 0 R /Resources ${resources}>>`,
       `<</Length ${content.length}>>\nstream\n${content}endstream`];
     let text = "%PDF-1.4\n";
     const places = objects.map((object, k) => {
@@ -145,7 +146,8 @@ class PdfContext extends Vector {
     });
     const table = places.map(place => `${String(place).padStart(10, "0")} 00000 n \n`).join("");
     const count = objects.length + 1;
-    text += `xref\n0 ${count}\n0000000000 65535 f \n${table}trailer\n<</Size ${count} /Root 1 0 R>>\nstartxref\n${text.length}\n%%EOF\n`;
+    const trailer = `<</Size ${count} /Root 1 0 R>>\nstartxref\n${text.length}\n%%EOF\n`;
+    text += `xref\n0 ${count}\n0000000000 65535 f \n${table}trailer\n${trailer}`;
     return new Blob([text], {type: "application/pdf"});       // all of it is ASCII, so that characters are bytes
   }
 }
@@ -167,10 +169,12 @@ function colourNumbers(colour) {
 }
 
 // Widths of the letters of Helvetica from the space on, and of the signs that the font Symbol has, in thousandths of the size.
-const WIDTHS = ("278 278 355 556 556 889 667 191 333 333 389 584 278 333 278 278 556 556 556 556 556 556 556 556 556 556 278 278 584 584 "
-  + "584 556 1015 667 667 722 722 667 611 778 722 278 500 667 556 833 722 778 667 778 722 667 611 722 667 944 667 667 611 278 278 278 "
-  + "469 556 333 556 556 500 556 556 278 556 556 222 222 500 222 833 556 556 556 556 333 500 278 556 500 722 500 500 500 334 260 334 "
-  + "584").split(" ").map(Number);
+const WIDTHS = (
+  "278 278 355 556 556 889 667 191 333 333 389 584 278 333 278 278 556 556 556 556 556 556 556 556 556 556 278 278 584 "
+  + "584 584 556 1015 667 667 722 722 667 611 778 722 278 500 667 556 833 722 778 667 778 722 667 611 722 667 944 667 667 "
+  + "611 278 278 278 469 556 333 556 556 500 556 556 278 556 556 222 222 500 222 833 556 556 556 556 333 500 278 556 500 "
+  + "722 500 500 500 334 260 334 584"
+).split(" ").map(Number);
 const SYMBOLS = {"−": [0x2d, 549], "Δ": [0x44, 612], "Φ": [0x46, 763], "Ω": [0x57, 768], "≈": [0xbb, 549], "→": [0xae, 987],
                  "←": [0xac, 987], "∫": [0xf2, 274]};
 const WINDOWS = {"…": 0x85, "–": 0x96, "“": 0x93, "”": 0x94, "’": 0x92};
