@@ -34,8 +34,8 @@ def pressure_page(run: RunData, k: int, patches: Sequence[Patch]) -> Figure:
                       "pressure of elastic half-spaces on the surface developed into the plane: x along the rail, s along the "
                       "wheel's profile towards the field side; dashed: Hertz's ellipse with ∫p dA and the curvatures where the "
                       "approach is largest; forces and angles are those of the columns, by which the elastic energy changes "
-                      "with the pose; ∫p dA adds pressures without their directions and exceeds the force where normals turn over a "
-                      "patch"
+                      "with the pose; ∫p dA adds pressures without their directions and exceeds the force where normals turn over "
+                      "a patch"
                       f"\n{caption(run)}")
     axes = figure.subplots(3, len(contacts), squeeze=False, gridspec_kw={"height_ratios": [1, 0.85, 1]})
     outlines, _ = run_outlines(run)
