@@ -93,6 +93,8 @@ def test_everything_that_is_drawn_has_a_name(names: list[str], world: World):
         unit = scene and np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
         for artist in (*ax.lines, *ax.patches):
             what, whose, *more = (artist.get_gid() or "nothing").split(".")
+            if what == "cursor":
+                assert artist.get_xdata() == pytest.approx([1e3*t]*2)
             if what in ("cursor", "scale"):
                 continue
             raw = raws[more[0]]
