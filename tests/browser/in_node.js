@@ -28,7 +28,7 @@ async function follow(context, {runs, t, fragments}) {
   for (const fragment of fragments) {
     context.location.hash = fragment;
     const said = {}, page = {
-      facts: {runs}, t, shown: runs.map(run => run.shown), pause() {}, showRuns() {},
+      facts: {runs}, t, shown: runs.map(run => run.shown), pause() {}, showRuns() {}, opening: () => 7e-3,
       go(time) { said.time = time; }, look(view) { said.view = view; },
     };
     await new Address(page).follow();

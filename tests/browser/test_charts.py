@@ -37,7 +37,7 @@ def settled(browser: Browser) -> str:
 
 def test_scrub_and_zoom(browser: Browser, report: Path):
     """The pointer scrubs, the wheel zooms; a box zooms with ctrl and with the button of the chart, a double click goes back."""
-    browser.open(report)
+    browser.open(report, "#t=0")
     left, right, top, bottom = browser.box_of(1)
     end, scale = browser.run("return [ldbench.end, ldbench.charts[1].scale]")
     a, b = (left + 0.2*(right - left), top + 0.1*(bottom - top)), (left + 0.3*(right - left), top + 0.6*(bottom - top))

@@ -110,7 +110,12 @@ def test_every_number_of_the_page(page: Browser, world: World):
         Line(r"^(\d+) more of .*$", "events that are not listed", unlisted, often=True),
         *(Line(rf"^(\S+) s,? largest normal force, {words}, (\S+) kN$", "largest force and when",
                lambda w, m, c=contact: (raw.peak(c)[1], 1e-3*raw.peak(c)[0]), often=True)
-          for words, contact in CONTACTS.items())]
+          for words, contact in CONTACTS.items()),
+        Line(r"^largest pressure: (\S+) MPa, right flange, at (\S+) s, y (\S+) mm, z (\S+) mm", "largest pressure, when and where",
+             lambda w: [scale*raw.result(name) for name, scale in (
+                 ("pmax", 1e-6), ("t_pmax", 1), ("pmax_y", 1e3), ("pmax_z", 1e3))]),
+        Line(r"^(\S+) s largest pressure, right flange, (\S+) MPa$", "largest pressure and when",
+             lambda w: (raw.result("t_pmax"), 1e-6*raw.result("pmax")))]
     rows = [result.words for result in RESULTS.values()] + [words for both in PRESSED.values() for words in both]
     labels = [CRC, r"wheel and rail as bodies .*$",         # variations of the case, of which its rows know nothing
               *(rf"^{re.escape(words)} .*$" for words in (*rows, *COLUMNS)),      # the tests of both tables

@@ -204,10 +204,10 @@ def test_links_are_followed():
         "#t=0.02213&view=left": AT_FIRST | {"time": 0.02213, "view": "left"},
         "#t=1e-3": AT_FIRST | {"time": 1e-3},
         "#t=0.005&view=whole": AT_FIRST | {"view": "whole"},
-        "#run=other": {"shown": ["other"]},
+        "#run=other": {"shown": ["other"], "time": 7e-3},     # the first flange contact
         "#view=right&with=other&run=ex2_sw&t=-1": {"shown": ["ex2_sw", "other"], "time": -1, "view": "right"},
         "#t=0.01&t=0.02": AT_FIRST | {"time": 0.01},
-        "#run=ex2%5Faw": {"shown": ["ex2_aw"]},
+        "#run=ex2%5Faw": {"shown": ["ex2_aw"], "time": 7e-3},
     }
     assert dict(zip(expected, followed(*expected), strict=True)) == expected
 

@@ -53,7 +53,7 @@ def test_two_runs_and_their_difference(browser: Browser, two: Path, world: World
 
 def test_play_moves_the_wheelset(browser: Browser, report: Path, world: World):
     """By a clock of the test's own: 51 frames, of which fifty are 10 ms after the one before."""
-    browser.open(report)
+    browser.open(report, "#t=0")
     pixels = "return document.querySelector('#scene').toDataURL()"
     before = browser.run(pixels)
     browser.run("""let left = 51, now = 0;
@@ -75,8 +75,8 @@ def test_play_moves_the_wheelset(browser: Browser, report: Path, world: World):
 def test_events_and_rows_by_key(browser: Browser, report: Path, world: World):
     raw = world.thrown
     peaks = (raw.peak(contact) for contact in ("LT", "LF", "RT", "RF"))
-    events = sorted({*(t for t, *_ in raw.events), *(t for force, t in peaks if force)})[:5]
-    browser.open(report)
+    events = sorted({*(t for t, *_ in raw.events), *(t for force, t in peaks if force), raw.result("t_pmax")})[:5]
+    browser.open(report, "#t=0")
     for t in events:
         browser.press("e")
         assert shown_time(browser) == pytest.approx(t, abs=1e-6)

@@ -1,6 +1,7 @@
 """Pressures of a pose: against Hertz's theory, the force of the table, the mirror image, and what the columns of a run say."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from ldbench import ContactTable, Error
 from ldbench.constants import CONTACTS
 from ldbench.geometry.outlines import case_outlines, pose
 from ldbench.geometry.pressures import run_patches
-from ldbench.pressure import press
+from ldbench.pressure import press, shared
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
 from ldbench.table import rigid_geometry
@@ -38,6 +39,26 @@ def test_cone_on_a_round_head_is_hertz(radius: float, ratio: float, tmp_path: Pa
     assert patch.largest == pytest.approx(largest, rel=1e-3) and patch.force == pytest.approx(force, rel=1e-3)
     assert patch.hertz
     assert np.array([patch.hertz.half_x/a, patch.hertz.half_s/b, patch.hertz.largest/largest]) == pytest.approx(1, abs=1e-3)
+    # As it is drawn: Hertz's pressure on a close grid up to the edge, and nothing beyond it.
+    x, s, p = patch.sections
+    depth = 1 - (x[:, None]/a)**2 - ((s - patch.s_deepest)/b)**2
+    inside = depth > 0.05
+    assert np.isnan(p[depth < -0.05]).all() and np.isfinite(p[inside]).all()
+    assert np.abs(p[inside] - largest*np.sqrt(depth[inside])).max() < 0.05*largest      # beside an edge without elements of its own
+
+
+def test_a_patch_that_tread_and_flange_share(run: RunData):
+    """It has both names where its load acts on both parts of the wheel and the columns have both closed."""
+    k = run.first_interval("LF").top
+    patch, = run_patches(run, k, ["LF"])
+    assert (patch.contacts, patch.also) == (("LF",), "")
+    assert run_patches(run, k, ["LT"]) == []
+    middle = patch.angle
+    for closed, steep, expected in ((["LT", "LF"], middle, "LT"), (["LF"], middle, ""), (["LT", "LF"], 0.2, "")):
+        found, = shared([patch], closed, steep)
+        assert found.also == expected and found.contacts == ("LF", "LT")[:1 + bool(expected)]
+    tread = replace(patch, contact="LT")
+    assert [one.also for one in shared([patch, tread], ["LT", "LF"], middle)] == ["", ""]       # each has its own
 
 
 @pytest.fixture(scope="module")

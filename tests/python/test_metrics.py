@@ -20,9 +20,10 @@ from ldbench.results.run_data import RunData
 from ldbench.runs import compute
 from ldbench_round import own_runs
 from ldbench_round.energies import SUMS
+from ldbench_round.findings import times_text
 from ldbench_round.metrics import score
 from ldbench_round.own_runs import LAWS, yardsticks
-from ldbench_round.scores import KINDS, Scores
+from ldbench_round.scores import KINDS, Score, Scores
 from ldbench_round.tasks import MOTION, QUANTITIES, Task
 from running import Run, kept_tables
 from stranger_files import KINETIC, MM_KN, ROLL, Row, both, of, swap, times
@@ -230,3 +231,16 @@ def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: 
     assert main([*words, "--map", str(tmp_path/"map.toml")]) == 0
     said = capsys.readouterr().out
     assert "  doubtful: " in said and "a name that says" in said and "initial vY 0.5 instead of 0.1" in said
+
+
+@pytest.mark.parametrize(("x", "words"), [(14986.0, "> 100"), (100.0, "100"), (6.1, "6.1"), (0.17, "0.17"), (2.7e-10, "< 0.01"),
+                                          (0.0, "0"), (float("nan"), "–")])
+def test_how_many_times_a_yardstick(x: float, words: str):
+    assert times_text(x) == words
+
+
+@pytest.mark.parametrize(("name", "words"), [
+    ("roll_acc", "roll acceleration"), ("Fy_RF", "lateral force, right flange"), ("LF closes 1", "left flange"),
+    ("centre passage 2", "passage of the centre"), ("RT 3 impulse", "right tread")])
+def test_what_a_score_is_of(name: str, words: str):
+    assert Score("", name, 0.1).words == words

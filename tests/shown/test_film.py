@@ -1,12 +1,17 @@
 """Pictures and frames of films: what they show of one run and of several, at which scale, and where they look."""
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from matplotlib.text import Text
+from PIL import Image
+from pypdf import PdfReader
 
 import ldbench
 from invented import altered
@@ -15,9 +20,11 @@ from ldbench.plots.style import SERIES, ldbench_style
 from ldbench.results.run_data import RunData
 from ldbench.viewer import film
 from ldbench.viewer.film import Picture
+from probes import gaps, left_rail, left_wheel, turned
+from raw import PAIR
 from reading import Line, differing, words_of
 from specimen import World
-from table import DEG, KN, MM, WORDS
+from table import COLUMNS, DEG, KN, MM, WORDS
 
 
 def drawn(*runs: RunData, end: float = 0.1) -> Picture:
@@ -67,6 +74,70 @@ def test_one_run(world: World):
             assert {f"{KN*scene.scale_force:g} kN", f"{MM*scene.scale_length:g} mm"} <= set(words(picture, raw.t[k]))
     # Forces after the film do not count for the scale.
     assert drawn(world.run("ex2_aw"), end=0.01).scenes[1].scale_force < 0.2*picture.scenes[1].scale_force
+
+
+@pytest.mark.parametrize("names", [["ex2_aw"], ["ex2_aw", "ex3_aw"]], ids=len)
+def test_everything_that_is_drawn_has_a_name(names: list[str], world: World):
+    """Each line and area of charts and scenes says what it shows, and is that: curves with their legends and units, points, arrows
+    by the scale beside them, wheels and rails of their sides. A part without a name fails."""
+    raws = {name: world.raw(name) for name in names}
+    picture = drawn(*(world.run(name) for name in names))
+    t = world.thrown.t[world.thrown.first_peak("RF")]
+    figure = picture.still_figure(t)
+    seen = set()
+    for ax in figure.axes:
+        legend = ax.get_legend()
+        looks = {text.get_text(): (handle.get_color(), handle.get_linestyle()) for handle, text in
+                 zip(legend.get_lines(), legend.get_texts(), strict=True)} if legend else {}
+        scene = next((one for one in picture.scenes if one.ax is ax), None)
+        unit = scene and np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
+        for artist in (*ax.lines, *ax.patches):
+            what, whose, *more = (artist.get_gid() or "nothing").split(".")
+            if what == "cursor":
+                assert artist.get_xdata() == pytest.approx([1e3*t]*2)
+            if what in ("cursor", "scale"):
+                continue
+            raw = raws[more[0]]
+            seen.add((what, whose, more[0]))
+            if what == "column":
+                words, shown, scale = next((words, unit, scale) for words, (name, unit, scale) in COLUMNS.items() if name == whose)
+                label = ax.get_ylabel() or ax.get_title(loc="left")
+                assert label.endswith(f"[{shown}]") and words.startswith(label.partition(" [")[0]) and more[1] == shown
+                assert artist.get_label() == words
+                assert words in looks or label == f"{words} [{shown}]"
+                look = artist.get_color(), artist.get_linestyle()
+                assert looks.get(words, look) == look
+                inside = raw.t <= 0.1
+                np.testing.assert_allclose(artist.get_xydata()[:inside.sum()],
+                                           np.column_stack([1e3*raw.t, scale*raw.c[whose]])[inside])
+            elif what in ("contact", "force"):
+                point, force = ([np.interp(t, raw.t, raw.c[f"{name}_{whose}"]) for name in some]
+                                for some in (("y", "z"), ("Fy", "Fz")))
+                closed = np.hypot(*force) > 1
+                assert artist.get_visible() == closed, (what, whose)
+                if what == "contact" and closed:
+                    assert artist.get_xydata()[0] == pytest.approx(point, rel=1e-9)
+                elif closed:
+                    corners = artist.get_xy()
+                    assert corners[0] - (corners[3] + corners[4])/2 == pytest.approx(unit*np.array(force), abs=1e-9)
+                if len(names) == 1:
+                    chart = next(line for line in picture.charts[f"N_{whose}"].get_lines()
+                                 if (line.get_gid() or "").startswith(f"column.N_{whose}."))
+                    colour = artist.get_color() if what == "contact" else artist.get_facecolor()
+                    assert to_hex(colour) == to_hex(chart.get_color())
+            elif what == "wheel":
+                sign = {"L": 1, "R": -1}[whose]
+                roll = raw.setting("axle_roll") + np.interp(t, raw.t, raw.c["roll"])
+                pose = [np.interp(t, raw.t, raw.c["Y"]), raw.setting("axle_height") + np.interp(t, raw.t, raw.c["Z"])]
+                expected = turned(left_wheel(PAIR[whose]), sign*roll)*[sign, 1] + pose
+                assert np.abs(gaps(expected, artist.get_xy())).max() < 1e-4
+            elif what == "rail":
+                assert np.abs(gaps(left_rail(PAIR[whose])*[{"L": 1, "R": -1}[whose], 1], artist.get_xy())).max() < 1e-4
+            else:
+                assert (what, whose) == ("axle", "wheelset"), artist
+    assert {whose for what, whose, _ in seen if what == "force"} == set(WORDS)
+    assert [scene.ax.get_title() for scene in picture.scenes] == ["", "left wheel", "right wheel"]
+    assert all(np.sign(np.mean(scene.ax.get_xlim())) == side for scene, side in zip(picture.scenes[1:], (1, -1), strict=True))
 
 
 def test_two_runs(world: World):
@@ -158,3 +229,41 @@ def test_file(ending: str, world: World, tmp_path: Path):
         assert about["codec"] == "h264" and about["fps"] == rate
         frames = [np.frombuffer(frame, np.uint8) for frame in reader]
     assert len(frames) == 4 and all(np.any(a != b) for a, b in pairwise(frames))
+
+
+@pytest.mark.parametrize(("width", "runs"), [("84mm", 1), ("170mm", 1), ("170mm", 2), ("800px", 2), ("300mm", 1)])
+def test_width_of_a_picture(width: str, runs: int, world: World, tmp_path: Path):
+    """As asked for, in mm or px, in each kind of file; no letters are small, lie on each other or beyond the edge."""
+    files = [str(world.thrown.file), str(world.faster.file)][:runs]
+    number, unit = float(width[:-2]), width[-2:]
+    inches = number/{"mm": 25.4, "px": 96}[unit]
+    for ending in "pdf", "svg", "png":
+        target = tmp_path/f"picture.{ending}"
+        assert main(["view", *files, "-o", str(target), "--from", "0.02", "--width", width]) == 0
+        if ending == "pdf":
+            found = float(PdfReader(target).pages[0].mediabox.width)/72
+        elif ending == "svg":
+            found = float(re.search(r'width="([\d.]+)pt"', target.read_text())[1])/72
+        else:
+            found = Image.open(target).width/(300 if unit == "mm" else 96)
+        assert found == pytest.approx(inches, abs=0.01), ending
+    with ldbench_style():
+        figure = Picture([world.run(name) for name in ("ex2_aw", "ex3_aw")[:runs]], 0.0, 0.1, None, None, inches).still_figure(0.02)
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+    legends = [ax.get_legend() for ax in figure.axes if ax.get_legend()] + figure.legends
+    own = [text for text in (*figure.texts, *(text for legend in legends for text in legend.get_texts()),
+                             *(text for ax in figure.axes for text in (*ax.texts, ax.title, ax._left_title, ax.yaxis.label)))
+           if text.get_text() and text.get_visible()]
+    assert min(text.get_fontsize() for text in own) >= 7 and len(own) > 10
+    boxes = [text.get_window_extent(renderer) for text in own]
+    for one, box in zip(own, boxes, strict=True):
+        assert -1 <= box.x0 and box.x1 <= figure.bbox.width + 1 and 0 <= box.y0 and box.y1 <= figure.bbox.height, one
+        assert not [other for other, far in zip(own, boxes, strict=True) if other is not one and box.overlaps(far)], one
+
+
+@pytest.mark.parametrize("words", ["170", "170cm", "9mm", "mm", "-170mm", "1e9px"])
+def test_a_width_that_makes_no_sense(words: str, world: World, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["view", str(world.thrown.file), "-o", str(tmp_path/"picture.svg"), f"--width={words}"]) == 2
+    assert f"such as 170mm or 1280px, found {words}" in capsys.readouterr().err
+    assert main(["view", str(world.thrown.file), "-o", str(tmp_path/"page.html"), "--width", "170mm"]) == 2

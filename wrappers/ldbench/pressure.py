@@ -13,6 +13,8 @@ from ._core.errors import BadValue, Error
 from .case import Case
 from .constants import CONTACTS, SIDES
 
+CLOSE = 241                             # points of the close grid on which a patch is drawn, in each direction
+SHARE = 0.02                            # of a patch's load that the other part of the wheel has at least where both share the patch
 ELEMENTS = 48                           # over the length of a patch along the profile, wherever pressures are shown
 
 
@@ -54,6 +56,12 @@ class Patch:
     area: float                     # under pressure [m²]
     energy: float                   # elastic energy of all patches of the wheel [J]
     hertz: Ellipse | None           # None where the bodies conform
+    also: str = ""                  # the wheel's other contact, where tread and flange share this patch
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """The contacts whose patch this is: one, or tread and flange of a wheel."""
+        return (self.contact, self.also) if self.also else (self.contact,)
 
     @property
     def half_s(self) -> float:
@@ -85,6 +93,22 @@ class Patch:
         return self.integral/self.area
 
     @cached_property
+    def sections(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The patch on a close grid: x (n,), s (m,) and pressure (n, m), NaN beside the patch. The square of a pressure is nearly a
+        parabola up to the edge of a patch, also beside it in Hertz's theory, so squares are interpolated up to the edges."""
+        x, s = np.linspace(-self.half_x, self.half_x, CLOSE), np.linspace(*self.s_ends, CLOSE)
+        edge = np.minimum(self.width, self.half_x)
+        rows = np.zeros((CLOSE, len(self.s)))
+        for j, end in enumerate(edge):
+            inside = np.abs(self.x) < end
+            rows[:, j] = np.interp(x, [-end, *self.x[inside], end], [0, *self.p[inside, j]**2, 0], 0, 0)
+        beside = np.concatenate([[self.s_ends[0]], self.s, [self.s_ends[1]]])
+        order = np.argsort(beside, kind="stable")
+        p = np.array([np.interp(s, beside[order], np.concatenate([[0], row, [0]])[order]) for row in rows])
+        within = np.abs(x)[:, None] <= np.interp(s, self.s, edge)
+        return x, s, np.where(within, np.sqrt(p), np.nan)
+
+    @cached_property
     def resultant(self) -> tuple[float, float]:
         """Sum of the pressure along the normals of the elements, y and z in the frame of the track [N]."""
         along = np.gradient(self.track, self.s, axis=0)
@@ -94,10 +118,25 @@ class Patch:
 
     def facts(self) -> dict[str, object]:
         """The numbers, SI units."""
-        names = ("contact", "force", "integral", "energy", "largest", "mean", "area", "half_x", "half_s", "approach", "angle",
-                 "centre", "centre_wheel", "s_centre", "s_ends")
+        names = ("contact", "also", "force", "integral", "energy", "largest", "mean", "area", "half_x", "half_s", "approach",
+                 "angle", "centre", "centre_wheel", "s_centre", "s_ends")
         hertz = self.hertz and {name: getattr(self.hertz, name) for name in ("half_x", "half_s", "area", "largest")}
         return {name: getattr(self, name) for name in names} | {"hertz": hertz}
+
+
+def shared(patches: Sequence[Patch], closed: Sequence[str], steep: float) -> list[Patch]:
+    """The patches, of which those are tread and flange at once that press on both parts of a wheel while the columns have both
+    contacts closed and only one has a patch. steep: contact angle from which the wheel is a flange [rad]."""
+    own = {patch.contact for patch in patches}
+
+    def other(patch: Patch) -> str:
+        name = patch.contact[0] + ("T" if patch.contact[1] == "F" else "F")
+        y, z = np.abs(np.gradient(patch.track, axis=0)).T
+        load = patch.p.sum(axis=0)
+        part = (np.arctan2(z, y) >= steep) == (name[1] == "F")
+        return name if name in closed and name not in own and load[part].sum() > SHARE*load.sum() else ""
+
+    return [replace(patch, also=other(patch)) for patch in patches]
 
 
 def load(contact: str, y: float, z: float) -> tuple[float, float]:

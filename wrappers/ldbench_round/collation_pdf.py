@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ldbench.constants import CONTACT_NAMES, KN
-from ldbench.number_text import number_text, scientific, two_digits
+from ldbench.number_text import number_text, two_digits
 from ldbench.plots.document import save_document
 from ldbench.plots.frame import legend_of_page, new_page
 from ldbench.plots.style import plain
@@ -20,6 +20,7 @@ from ldbench.tools import check_ending
 
 from .collation import Collation
 from .collation_matrix import CODES_ON_PAGE, cut, deviation, grade_pages, line_of, signed_percent, verdict_page
+from .findings import times_text
 from .kept_entries import CLOSE, IMPACTS, Entry
 from .round_numbers import NUMBERS, names_of
 from .scores import GRADED
@@ -32,7 +33,7 @@ WIDE = "t_return", "energy_error", "processor_time"     # numbers whose columns 
 FAR = 3.0               # ranges of the median code, beyond which a curve leaves its panel
 FLANGES = 20e-3         # lateral displacement between the flanges, at most [m]
 BEGUN = 5e-4            # within which an impact begins whose contact is told to close at 0 [s]
-NUMBER_NOTE = ("beside each number: how far it is from the median of all codes that have it; –: the file does not give it, and "
+NUMBER_NOTE = ("below each number: how far it is from the median of all codes that have it; –: the file does not give it, and "
                "collation.csv tells why\nrebound: lateral velocity after over before the first left flange impact, reversed; below "
                "0 the wheelset still moves towards the flange")
 SCORE_NOTE = (
@@ -219,7 +220,7 @@ def draw(ax: Axes, found: Collation, task: Task, name: str, time_scale: float, s
 
 
 def number_table(found: Collation, task: Task) -> Table:
-    """The numbers of all codes, each with its distance from the median."""
+    """The numbers of all codes, each with its distance from the median below it."""
     names = [name for name in names_of(task) if np.isfinite(found.median(task, name))]
     header = ["", *(NUMBERS[name].short for name in names), "checks"]
     units = ["", *(f"[{NUMBERS[name].unit}]" if NUMBERS[name].unit else "" for name in names), "passed / doubtful / failed"]
@@ -232,8 +233,10 @@ def number_table(found: Collation, task: Task) -> Table:
             rows.append([code.name, *["–"]*len(names), "cannot be used"])
             continue
         counts = " / ".join(str(entry.verdict[x]) for x in ("passed", "doubtful", "failed"))
-        rows.append([code.name, *(f"{NUMBERS[name].text(x)}  {distance(found, code, task, name)}" if np.isfinite(x) else "–"
-                                  for name in names for x in (found.value(code, task, name),)), counts])
+        values = {name: found.value(code, task, name) for name in names}
+        rows += [[code.name, *(NUMBERS[name].text(x) for name, x in values.items()), counts],
+                 [f"{BELOW}from the median", *(distance(found, code, task, name) if np.isfinite(x) else ""
+                                               for name, x in values.items()), ""]]
     return Table("Numbers", header, rows, [1.3, *(1.25 if name in WIDE else 1.0 for name in names), 1.75], (0,), NUMBER_NOTE, units)
 
 
@@ -253,8 +256,7 @@ def extremes(found: Collation, task: Task, name: str) -> str:
     """The smallest and the largest of a number."""
     known = [x for code in found.codes if np.isfinite(x := found.value(code, task, name))]
     digits = min(NUMBERS[name].digits or 0, 2) or None
-    return "…".join(scientific(NUMBERS[name].scale*x, 0) if name == "energy_error" else NUMBERS[name].text(x, digits)
-                    for x in (min(known), max(known)))
+    return "…".join(NUMBERS[name].text(x, digits) for x in (min(known), max(known)))
 
 
 def score_table(found: Collation, task: Task) -> Table:
@@ -269,7 +271,7 @@ def score_table(found: Collation, task: Task) -> Table:
             known = not np.isnan(one.difference)
             where = one.quantity.removeprefix("angle_").removeprefix("radius_").removesuffix("other")
             differences.append(f"{two_digits(one.difference)} {where}".strip() if known else "–")
-            shares.append(f"{number_text(100*one.share, digits=3, trim=True)} %, {two_digits(one.of_spread)}" if known else "–")
+            shares.append(f"{number_text(100*one.share, digits=3, trim=True)} %, {times_text(one.of_spread)}" if known else "–")
         rows += [differences, shares]
     return Table(f"Scores, reference: {found.reference}", ["", *GRADED.values()], rows, [1.5, *[1.1]*len(GRADED)], (0,),
                  SCORE_NOTE)

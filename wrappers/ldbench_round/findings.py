@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ldbench.number_text import number_text
+from ldbench.number_text import number_text, two_digits
 
 PASSED, DOUBTFUL, FAILED, UNKNOWN = "passed", "doubtful", "failed", "not checked"
 SHOWN = 4           # items of a list in a hint
 MOST_DIGITS = 12    # of a number beside a limit
+MANY_TIMES = 100    # a yardstick, which says no more
 COVERAGE = 2.0      # standard deviations in an uncertainty
 
 
@@ -47,6 +48,12 @@ def apart_text(x: float, limits: Sequence[float], digits: int = 3) -> str:
     while digits < MOST_DIGITS and any((float(f"{x:.{digits - 1}e}") <= limit) != (x <= limit) for limit in limits):
         digits += 1
     return number_text(x, digits=digits, trim=True)
+
+
+def times_text(x: float) -> str:
+    """How many times a yardstick a number is, in two digits. Beyond a hundred times and below a hundredth only that is said: so
+    small a yardstick, or such a small number, measures nothing."""
+    return f"> {MANY_TIMES}" if x > MANY_TIMES else f"< {1/MANY_TIMES:g}" if 0 < x < 1/MANY_TIMES else two_digits(x)
 
 
 def listed(items: Sequence[str]) -> str:

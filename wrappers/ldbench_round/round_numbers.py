@@ -26,7 +26,7 @@ NUMBERS = {
     "rebound": Quantity("lateral velocity after over before that contact, reversed", "", 1, digits=4, short="rebound"),
     "t_return": OUTCOME["t_return"]._replace(short="return", **MS),
     "F_derailment": OUTCOME["F_derailment"]._replace(short="derailment"),
-    "energy_error": Quantity("error of the energy balance, at rest on the treads", "%", 100, digits=-1, short="energy error"),
+    "energy_error": Quantity("error of the energy balance, at rest on the treads", "%", 100, digits=2, short="energy error"),
     "processor_time": Quantity("processor time", "s", 1, digits=2, short="processor time"),
 }
 #: SI units of the numbers, as the CSV has them.

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ldbench.constants import CONTACTS
+from ldbench.constants import CONTACT_NAMES, CONTACTS
+from ldbench.results.quantities import quantity
 
 from .energies import SUMS
 from .tasks import MOTION, Task
@@ -58,6 +59,12 @@ class Score:
     def quantity(self) -> str:
         """What it is a score of: a column, or the contact of an event or impact."""
         return self.name.partition(" ")[0]
+
+    @property
+    def words(self) -> str:
+        """The quantity in words: 'lateral force, right flange', 'right flange', 'passage of the centre'."""
+        name = self.quantity
+        return "passage of the centre" if name == "centre" else CONTACT_NAMES.get(name) or quantity(name).words
 
     @property
     def of_spread(self) -> float:

@@ -2,6 +2,9 @@
 
 The picture shows the pressure on the surface developed into the plane, its largest values along and across the
 rail, the patch on the profiles, and Hertz's ellipse with the integral of the pressure. For runs with the model 'halfspace'.
+A patch that tread and flange share has both names. The force of the columns is that by which the elastic energy changes
+with the pose; the vector sum of the pressures differs from it by the error of the contact table and by normals that turn
+over a patch. The integral of the pressure, ∫p dA, adds pressures without their directions and is the largest of the three.
 
 examples:
   python -m ldbench pressure outputs/ex2_aw.txt --at 0.0217 --contact LF
@@ -16,9 +19,9 @@ import numpy as np
 
 from .._core.errors import Error
 from .._core.files import check_written
-from ..constants import CONTACT_NAMES, DEG, KN, MM
+from ..constants import CONTACT_NAMES, KN, MM
 from ..geometry.pressures import run_patches
-from ..plots.pressure_page import save_page
+from ..plots.pressure_page import force_words, patch_name, save_page
 from ..plots.sheets import check_sheets
 from ..results.run_data import RunData, read_data
 from .options import add_json, add_output, print_json
@@ -45,7 +48,7 @@ def main(args: argparse.Namespace) -> int:
         where = f"{args.file}, t = {run.time[k]:.6f} s"
         if args.contact in closed:
             raise Error(file=where, expected=f"pressure in {args.contact}",
-                        found="none: pressed together with the tread, the flange carries nothing")
+                        found="none: with the whole wheel pressed, this contact carries nothing")
         raise Error(file=where, expected=f"{args.contact or 'a contact'} closed",
                     found=", ".join(closed) or "all contacts open")
     save_page(run, k, patches, args.output)
@@ -54,15 +57,15 @@ def main(args: argparse.Namespace) -> int:
         return 0
     print(f"{run.name}: t = {run.time[k]:.6f} s")
     for patch in patches:
-        print(f"{CONTACT_NAMES[patch.contact]}: {KN*patch.force:.2f} kN at a contact angle of {DEG*patch.angle:.1f}°, "
-              "as in the columns",
-              f"  largest pressure {1e-6*patch.largest:.0f} MPa, mean {1e-6*patch.mean:.0f} MPa, integral over the curved patch "
+        print(f"{patch_name(patch)}: {force_words(run, k, patch)}, in the columns",
+              f"  vector sum of these pressures {KN*float(np.hypot(*patch.resultant)):.2f} kN, sum without directions ∫p dA "
               f"{KN*patch.integral:.2f} kN",
+              f"  largest pressure {1e-6*patch.largest:.0f} MPa, mean {1e-6*patch.mean:.0f} MPa",
               f"  area {1e6*patch.area:.1f} mm², {2e3*patch.half_x:.2f} mm along the rail, {2e3*patch.half_s:.2f} mm across it, "
               f"approach {MM*patch.approach:.4f} mm",
               f"  centre in the track at y {MM*patch.centre[0]:.3f} mm, z {MM*patch.centre[1]:.3f} mm", sep="\n")
         if patch.hertz:
-            print(f"  Hertz's ellipse with this integral: {2e3*patch.hertz.half_x:.2f} mm x {2e3*patch.hertz.half_s:.2f} mm, "
+            print(f"  Hertz's ellipse with ∫p dA: {2e3*patch.hertz.half_x:.2f} mm x {2e3*patch.hertz.half_s:.2f} mm, "
                   f"{1e-6*patch.hertz.largest:.0f} MPa")
     print(args.output)
     return 0

@@ -2,9 +2,9 @@
 
 The page is one HTML file with everything in it: wheels on rails with contact points and forces, contact patches at
 the peaks, charts of any columns over time or over each other, the values at the cursor, and the namelist of each
-run. The button `keys` lists what keyboard and mouse do; the address of the page holds the view. Charts are saved as SVG,
-PNG or CSV. Further files are drawn over the first one. The columns of another code's
-file are named by --map, or guessed, as for `compare`.
+run. It opens at the first flange contact. The button `keys` lists what keyboard and mouse do; the address of the page holds
+the view. The picture and charts are saved as SVG, PDF or PNG, charts as CSV too. Further files are drawn over the first one.
+The columns of another code's file are named by --map, or guessed, as for `compare`.
 Films and pictures show the whole wheelset and a close-up of each contact, of at most eight runs, with scales of force
 and length.
 
@@ -12,7 +12,7 @@ examples:
   python -m ldbench view outputs/ex2_aw.txt
   python -m ldbench view outputs/ex2_aw.txt other_code.csv --map other_code.toml -o ex2.html
   python -m ldbench view outputs/ex2_aw.txt -o ex2.mp4 --from 0.015 --to 0.03 --speed 1e-3
-  python -m ldbench view outputs/ex2_aw.txt -o wheelset.svg --from 0.0219
+  python -m ldbench view outputs/ex2_aw.txt -o wheelset.svg --from 0.0219 --width 170mm
 """
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from pathlib import Path
 from .._core.errors import Usage
 from .._core.files import DEFAULT_FOLDER, check_ending, check_written
 from ..case import Case
-from ..viewer.film import FILMS, PICTURES, check_film, make_film
+from ..viewer.film import FILMS, PICTURES, Width, check_film, make_film
 from ..viewer.page import distinct, make_page
 from .options import add_map, add_output, add_simulation, read_files
 
 PAGES = ".html", ".htm"
+WIDTHS = 80, 600            # of a picture [mm]
 
 
 def speed(word: str) -> float:
@@ -41,6 +42,18 @@ def speed(word: str) -> float:
         found = 0.0
     if not found > 0:
         raise argparse.ArgumentTypeError(f"expected a number above 0 such as 1e-3 or 1:1000, found {word}")
+    return found
+
+
+def width(word: str) -> Width:
+    """The width of a picture: 170mm, of which a PNG file has 300 dots to the inch, or 1280px, of which an inch has 96."""
+    known = {"mm": (25.4, 300.0), "px": (96.0, 96.0)}.get(word.strip()[-2:])
+    try:
+        found = Width(float(word.strip()[:-2])/known[0], known[1]) if known else None
+    except ValueError:
+        found = None
+    if not found or not WIDTHS[0] <= 25.4*found.inches <= WIDTHS[1]:
+        raise argparse.ArgumentTypeError(f"expected {WIDTHS[0]}mm to {WIDTHS[1]}mm, such as 170mm or 1280px, found {word}")
     return found
 
 
@@ -59,6 +72,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", dest="end", type=float, metavar="S", help="end of the film [s] (end of the run)")
     parser.add_argument("--speed", type=speed, metavar="X",
                         help="speed of the film, 1e-3 or 1:1000 for a thousandth (default: so that it takes 20 s)")
+    parser.add_argument("--width", type=width, metavar="X",
+                        help="width of a picture .png, .svg or .pdf in mm or px, such as 170mm or 1280px: letters keep their size, "
+                             "and a narrow picture has its charts below the wheelset (default: 1280 pixels of a PNG file, 325 mm)")
     parser.add_argument("--no-browser", dest="browser", action="store_false",
                         help="write the page and do not open it; pipes, CI and machines without a display never open it")
 
@@ -73,6 +89,8 @@ def main(args: argparse.Namespace) -> int:
             raise Usage(place=name, expected="with a film -o FILE.mp4", found="with a page")
         if value is not None and kind in PICTURES and name != "--from":
             raise Usage(place=name, expected="with a film -o FILE.mp4", found="with the picture of a moment")
+    if args.width and kind not in PICTURES:
+        raise Usage(place="--width", expected="with a picture -o FILE.svg, .pdf or .png", found=f"with a {kind} file")
     case = Case.from_namelist(args.case) if args.case else None
     check_written([target], args.files)
     if kind not in PAGES:
@@ -81,7 +99,7 @@ def main(args: argparse.Namespace) -> int:
     if kind in PAGES:
         make_page(runs, args.title, case).write(target)
     else:
-        make_film(runs, target, args.start, args.end, args.speed, case)
+        make_film(runs, target, args.start, args.end, args.speed, case, args.width)
     print(f"{target}  {target.stat().st_size/1e6:.2f} MB")
     if kind in PAGES and args.browser and at_display() and not webbrowser.open(target.resolve().as_uri()):
         print(f"{target}: no browser was found that opens this page")

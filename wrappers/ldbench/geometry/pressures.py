@@ -10,7 +10,7 @@ import numpy as np
 from .._core.calls import Handle
 from .._core.errors import Error
 from ..constants import CONTACTS
-from ..pressure import ELEMENTS, Patch, press
+from ..pressure import ELEMENTS, Patch, press, shared
 from ..results.contact_intervals import ContactInterval
 from ..results.run_data import RunData
 from ..table import rigid_geometry
@@ -31,8 +31,11 @@ def run_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS, elemen
         raise Error(file=changed[0], expected=f"the profile of the run {run.file}", found="one that has changed since")
     if run not in _placed:
         _placed[run] = rigid_geometry(case)
-    loads = {contact: (float(run.values(f"N_{contact}")[k]), float(run.values(f"angle_{contact}")[k])) for contact in contacts}
-    return press(_placed[run], case, pose(run, k), contacts, elements, loads)
+    wheels = [contact for contact in CONTACTS if contact[0] in {name[0] for name in contacts}]
+    loads = {contact: (float(run.values(f"N_{contact}")[k]), float(run.values(f"angle_{contact}")[k])) for contact in wheels}
+    closed = [contact for contact in wheels if run.closed(contact)[k]]
+    found = shared(press(_placed[run], case, pose(run, k), wheels, elements, loads), closed, case.flange_angle)
+    return [patch for patch in found if set(patch.contacts) & set(contacts)]
 
 
 def known_patches(run: RunData, k: int, contacts: Sequence[str] = CONTACTS) -> list[Patch]:

@@ -22,7 +22,7 @@ from .._core.kept import kept_in, kept_json
 from .._core.pools import in_threads
 from ..case import Case
 from ..constants import KN, MM, SIDES
-from ..number_text import number_text, two_digits
+from ..number_text import percent_text, two_digits
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
 from ..plots.series import draw_curves
@@ -31,7 +31,7 @@ from ..plots.tables import draw_table
 from ..results.answers import answers
 from ..results.contact_intervals import is_closed
 from ..results.derived import cumulative
-from ..results.quantities import OUTCOME, si_unit
+from ..results.quantities import OUTCOME, Quantity, si_unit
 from ..results.run_data import RunData
 from ..runs import compute
 from ..table import ContactTable
@@ -206,8 +206,34 @@ def verdict(values: Mapping[str, float], key: str) -> tuple[str, str]:
         return f"{min(known):.0f} to {max(known):.0f}", DECIDES
     if not np.isfinite(share):
         return f"{len(known)} of {len(values)}", DECIDES
-    return (f"{number_text(100*share)} %" + ("" if len(known) == len(values) else " *"),
+    return (percent_text(share) + ("" if len(known) == len(values) else " *"),
             AGREE if share < 0.03 else DIFFER if share < 0.3 else DECIDES)
+
+
+def in_table(key: str) -> Quantity:
+    """A result in four digits, times of contacts in ms."""
+    known = OUTCOME[key]._replace(digits=None)
+    return known._replace(unit="ms", scale=1e3) if known.unit == "s" and key != "t_derailment" else known
+
+
+def farthest(values: Mapping[str, float], key: str) -> str:
+    """The elastic value, and that of a constraint formulation which is farthest from it."""
+    elastic, short = values["elastic"], in_table(key)
+    others = [x for name, x in values.items() if name != "elastic" and np.isfinite(x)]
+    if not any(x for x in (elastic, *others) if np.isfinite(x)):
+        return ""
+    far = max(others, key=lambda x: abs(x - elastic) if np.isfinite(elastic) else x, default=np.nan)
+    return f"{short.text(elastic)} / {short.text(far)}"
+
+
+def told_endings(endings: Mapping[str, Mapping[str, Sequence[str]]]) -> list[list[str]]:
+    """How the runs of each formulation end, a line for each ending; cases that end alike share their lines."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for case, own in endings.items():
+        lines = tuple(f"{ending.replace(': ', ', ')}: {', '.join(names)}" if len(own) > 1 else f"{ending} in all formulations"
+                      for ending, names in own.items())
+        alike.setdefault(lines, []).append(case)
+    return [[", ".join(cases) if k == 0 else "", line] for lines, cases in alike.items() for k, line in enumerate(lines)]
 
 
 def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
@@ -215,23 +241,27 @@ def verdict_page(found: Sequence[Outcome], inputs: Path) -> Figure:
     cases = cases_of(found)
     figure = new_page(
         "Which results depend on the formulation?",
-        "largest difference of a constraint formulation from elastic contact, over the elastic value",
+        "largest difference of a constraint formulation from elastic contact, over the elastic value; below it both values",
         "constraint formulations: bilateral, both wheels held on the rails; unilateral, rigid contacts with restitution 1, "
         "0.5 and 0. *: of the formulations that have the result.\ngreen: below 3 %, any code may be compared; orange: up to "
         "30 %; red: the formulation decides. impulse: of forces and impacts, until the wheelset moves back. lift-offs: "
         "fewest to most. Over the flange: dashed, the energy of the lateral motion at the start of each exercise.")
     endings = {case: endings_of(found, case) for case in cases}
-    cells = {SHORT[key]: [verdict(values_of(found, case, key), key) for case in cases] for key in JUDGED}
-    cells["ending"] = [("differs", DECIDES) if len(endings[case]) > 1 else ("the same", AGREE) for case in cases]
-    colours = [[""]*len(cases), *([colour for _, colour in line] for line in cells.values())]
-    body = figure.add_gridspec(2, 1, height_ratios=(1.2, 1))
-    draw_table(figure.add_subplot(body[0]), [["", *cases], *([name, *(text for text, _ in line)] for name, line in cells.items())],
-               [0, *np.linspace(0.28, 1, len(cases) + 1)], size=7.5, look=lambda i, j: {"weight": "normal" if i and j else "bold"},
+    cells: list[tuple[str, list[tuple[str, str]]]] = []
+    for key in JUDGED:
+        cells.append((SHORT[key], [verdict(values_of(found, case, key), key) for case in cases]))
+        if key != "lift_offs":
+            cells.append((f"    elastic / farthest [{in_table(key).unit}]",
+                          [(farthest(values_of(found, case, key), key), "") for case in cases]))
+    cells.append(("ending", [("differs", DECIDES) if len(endings[case]) > 1 else ("the same", AGREE) for case in cases]))
+    colours = [[""]*len(cases), *([colour for _, colour in line] for _, line in cells)]
+    body = figure.add_gridspec(2, 1, height_ratios=(1.6, 1))
+    draw_table(figure.add_subplot(body[0]), [["", *cases], *([name, *(text for text, _ in line)] for name, line in cells)],
+               [0, *np.linspace(0.25, 1, len(cases) + 1)], size=6.2, look=lambda i, j: {
+                   "weight": "bold" if not i or (not j and not cells[i - 1][0].startswith(" ")) else "normal"},
                band=lambda i: "", shade=lambda i, j: colours[i][j - 1] if j else "")
     below = body[1].subgridspec(1, 2, width_ratios=(1.7, 1))
-    told = [[case, "; ".join(f"{ending} ({', '.join(names) if len(own) > 1 else 'all'})" for ending, names in own.items())]
-            for case, own in endings.items()]
-    draw_table(figure.add_subplot(below[0]), told, (0, 0.1, 1), 1/11, left=(0, 1), size=7.5,
+    draw_table(figure.add_subplot(below[0]), told_endings(endings), (0, 0.46, 1), 1/11, left=(0, 1), size=7.5,
                look=lambda i, j: {"weight": "normal" if j else "bold"}, band=lambda i: "")
     draw_climb(below[1], inputs)
     return figure

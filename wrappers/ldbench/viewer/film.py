@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,6 +24,7 @@ from ..plots.sheets import save_pages, svg
 from ..plots.style import CONTACT_LINES, GREY, SERIES, ldbench_style, plain
 from ..results.quantities import quantity
 from ..results.run_data import RunData
+from .layout import SCREEN, SMALL_TITLE, TITLE, layout
 from .page import assumed_profiles
 from .scene import Actor, Scene
 
@@ -31,9 +33,7 @@ FILMS = tuple(RATES)
 PICTURES = ".png", ".svg", ".pdf"   # one moment
 SECONDS = 20                        # of a film of which nobody says the speed
 FRAMES = 20_000                     # at most
-INCHES, DPI = (12.8, 7.2), 100
-LEFT, RIGHT, WIDTH = 0.02, 0.325, 0.295      # left ends of the close-ups, and their width
-CHARTS = 0.675, 0.31            # left, width
+DPI = 100
 
 Frame = np.ndarray
 
@@ -45,9 +45,17 @@ def check_film(target: Path) -> None:
         encoder()
 
 
+class Width(NamedTuple):
+    """The width of a picture file."""
+
+    inches: float
+    dpi: float          # of a PNG file
+
+
 def make_film(runs: Sequence[RunData], target: Path, start: float | None = None, end: float | None = None,
-              speed: float | None = None, case: Case | None = None) -> None:
-    """Write the film of some runs from `start` to `end` [s], `speed` seconds of them per second, or the picture of `start`."""
+              speed: float | None = None, case: Case | None = None, width: Width | None = None) -> None:
+    """Write the film of some runs from `start` to `end` [s], `speed` seconds of them per second, or the picture of `start` in a
+    width."""
     first, last = min(float(r.time[0]) for r in runs), max(float(r.time[-1]) for r in runs)
     start, end = first if start is None else start, last if end is None else end
     kind = target.suffix.lower()
@@ -56,8 +64,10 @@ def make_film(runs: Sequence[RunData], target: Path, start: float | None = None,
                     found=f"{start:g} to {end:g} s")
     if kind in PICTURES:
         with ldbench_style(), complete(target) as scratch:
-            picture = Picture(runs, first, last, None, case)
-            if kind == ".png":
+            picture = Picture(runs, first, last, None, case, width.inches if width else None)
+            if kind == ".png" and width:
+                picture.still_figure(start).savefig(scratch, format="png", dpi=width.dpi, metadata={"Software": None})
+            elif kind == ".png":
                 Image.fromarray(picture.frame(start)).save(scratch, format="PNG", optimize=True)
             elif kind == ".svg":
                 scratch.write_text(svg(picture.still_figure(start)), encoding="utf-8")
@@ -82,7 +92,7 @@ def encoder() -> ModuleType:
 
 def write_mp4(path: Path, rate: int, frames: Iterable[Frame]) -> None:
     """Write H.264 that every player accepts, tuned for lines that stand still or move slowly: others leave traces of themselves."""
-    size = tuple(int(DPI*x) for x in INCHES)
+    size = tuple(int(DPI*x) for x in SCREEN)
     writer = encoder().write_frames(str(path), size, fps=rate, codec="libx264", pix_fmt_out="yuv420p", quality=7,
                                     macro_block_size=2, output_params=["-f", "mp4", "-threads", "1", "-tune", "stillimage"])
     writer.send(None)
@@ -107,7 +117,7 @@ class Picture:
     """A figure whose moving parts are set to a time: wheelset, both contacts, displacement and forces."""
 
     def __init__(self, runs: Sequence[RunData], start: float, end: float, speed: float | None,
-                 case: Case | None) -> None:
+                 case: Case | None, width: float | None = None) -> None:
         if len(runs) > len(SERIES):
             raise Error(file=runs[len(SERIES)].file, expected=f"at most {len(SERIES)} runs", found=len(runs),
                         advice="a page holds more")
@@ -115,53 +125,53 @@ class Picture:
         self.actors = [Actor(run, line, assumed) for run, line in zip(runs, SERIES, strict=False)]
         self.several = len(self.actors) > 1
         self.start, self.end = start, end
-        self.figure = Figure(figsize=INCHES, dpi=DPI)
+        panels = self.panels()
+        self.layout = layout(len(self.actors), max(len(panels), 1 if width else 3), self.actors[0].run.heading, width)
+        self.figure = Figure(figsize=self.layout.size, dpi=DPI)
         self.canvas = FigureCanvasAgg(self.figure)
         self.scale, self.unit = (1e3, "ms") if end - start < 1 else (1.0, "s")      # of time in the charts
         self.speed = "" if speed is None else f"1:{1/speed:,.0f}" if speed < 0.7 else f"{speed:g}×"
         self.draw_title()
         n = len(self.actors)
-        self.pitch = 0.028 if n < 5 else 0.02       # of lines of values
-        self.header = 0.06 if n < 3 else 0.025*np.ceil(n/3) + 0.02
-        above, height = n*self.pitch + 0.025, 0.3 if n < 5 else 0.26
-        whole = above + height + 0.04
-        places = ((LEFT, whole, RIGHT + WIDTH - LEFT, 0.99 - self.header - n*self.pitch - whole), (LEFT, above, WIDTH, height),
-                  (RIGHT, above, WIDTH, height))
         self.scenes = [Scene(self.figure.add_axes(place), self.actors, side, start, end)
-                       for place, side in zip(places, (0, 1, -1), strict=True)]
+                       for place, side in zip(self.layout.scenes, (0, 1, -1), strict=True)]
         self.clock_font = font("DejaVu Sans Mono", 13)
         self.value_font = font("DejaVu Sans", 9 if n == 1 else 8 if n < 5 else 7)
         self.charts: dict[str, Axes] = {}
-        self.draw_charts()
-        self.cursors = [ax.axvline(color=GREY, linewidth=1.0, animated=True) for ax in dict.fromkeys(self.charts.values())]
+        self.draw_charts(panels)
+        self.cursors = [ax.axvline(color=GREY, linewidth=1.0, animated=True, gid=f"cursor.{k}")
+                        for k, ax in enumerate(dict.fromkeys(self.charts.values()))]
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)   # what does not move is drawn once
 
     def draw_title(self) -> None:
         """Write the heading of one run, or name and look of each of several."""
         if not self.several:
-            self.figure.text(LEFT, 0.975, plain(self.actors[0].run.heading), fontsize=13, weight="bold", va="top")
+            self.figure.text(self.layout.edge, 1 - 0.18/self.layout.size[1], plain(self.layout.heading),
+                             fontsize=SMALL_TITLE if self.layout.narrow else TITLE, weight="bold", va="top")
             return
         few = len(self.actors) < 3
+        columns = 1 if self.layout.narrow else 2 if few or self.layout.clock_below else 3
         samples = [Line2D([], [], **actor.line.kwargs()) for actor in self.actors]
         labels = [run.name if run.heading == run.name else f"{run.name}: {run.heading}" for run in (a.run for a in self.actors)]
         self.figure.legend(samples, [plain(clipped(words, 42)) for words in labels], loc="upper left",
-                           bbox_to_anchor=(0.012, 0.99), ncols=2 if few else 3, fontsize=11 if few else 8, handlelength=2.6,
-                           borderaxespad=0.0)
+                           bbox_to_anchor=(0.012, 0.99), ncols=columns,
+                           fontsize=11 if few and not self.layout.clock_below else 8, handlelength=2.6, borderaxespad=0.0)
 
-    def draw_charts(self) -> None:
-        """Draw displacement and normal forces over the time of the film.
-
-        One run has a panel for the flanges and one for the treads, several runs have a panel for each contact that closes.
-        """
+    def panels(self) -> list[tuple[str, ...]]:
+        """The columns of each chart: one run has a chart for the flanges and one for the treads, several runs have a chart for each
+        contact that closes."""
         panels: list[tuple[str, ...]] = ([("Y",), ("N_LF",), ("N_RF",), ("N_LT",), ("N_RT",)] if self.several else
                                          [("Y",), ("N_LF", "N_RF"), ("N_LT", "N_RT")])
-        panels = [columns for columns in panels if any(actor.part(c, self.start, self.end).any()
-                                                       for c in columns for actor in self.actors)]
-        count, gap = max(len(panels), 3), 0.05 if self.several else 0.065
-        height = (0.9 - 0.075 + gap)/count - gap
+        return [columns for columns in panels if any(actor.part(c, self.start, self.end).any()
+                                                     for c in columns for actor in self.actors)]
+
+    def draw_charts(self, panels: Sequence[tuple[str, ...]]) -> None:
+        """Draw displacement and normal forces over the time of the film."""
+        (left, bottom, width, whole), gap = self.layout.charts, self.layout.gap
+        height = (whole + gap)/max(len(panels), 1 if self.layout.clock_below else 3) - gap
         for k, columns in enumerate(panels):
-            ax = self.figure.add_axes((CHARTS[0], 0.9 - height - k*(height + gap), CHARTS[1], height))
+            ax = self.figure.add_axes((left, bottom + whole - height - k*(height + gap), width, height))
             ax.set_xlim(self.scale*self.start, self.scale*self.end)
             self.draw_chart(ax, columns)
             if k < len(panels) - 1:
@@ -176,10 +186,12 @@ class Picture:
                 known = quantity(column)
                 line = actor.line if self.several else CONTACT_LINES.get(column.rpartition("_")[2], SERIES[0])
                 t, x = (actor.part(name, self.start, self.end) for name in ("time", column))
-                ax.plot(self.scale*t, known.scale*x, label=plain(known.words), **line.kwargs())
+                ax.plot(self.scale*t, known.scale*x, label=plain(known.words), gid=f"column.{column}.{actor.run.name}.{known.unit}",
+                        **line.kwargs())
         if len(columns) > 1:
-            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1, fontsize=8)
-            ax.set_ylabel(plain(f"[{known.unit}]"))
+            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=1 if self.layout.narrow else 2, borderaxespad=0.1,
+                      fontsize=8)
+            ax.set_ylabel(plain(quantity(columns[0])._replace(words=known.words.partition(",")[0]).label))
         else:
             ax.set_title(plain(known.label), loc="left", fontsize=8, pad=2)
         self.charts |= dict.fromkeys(columns, ax)
@@ -218,13 +230,15 @@ class Picture:
     def words(self, t: float) -> Iterator[tuple[tuple[float, float], str, ImageFont.FreeTypeFont, str]]:
         """All texts that change: place in the figure, words, font and anchor. Pillow draws them in a tenth of the time that
         matplotlib takes."""
-        yield (0.985, 0.975), f"{1e3*t:10.3f} ms   {self.speed}".rstrip(), self.clock_font, "ra"
+        place = self.layout
+        wide, anchor = ("", "la") if place.clock_below else (10, "ra")
+        yield place.clock, f"{1e3*t:{wide}.3f} ms   {self.speed}".rstrip(), self.clock_font, anchor
         for k, actor in enumerate(self.actors):
             name = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
-            yield (LEFT, 1 - self.header - k*self.pitch), name + actor.pose_words(t), self.value_font, "la"
-            for side, left in ("left", LEFT), ("right", RIGHT):
-                place = left + WIDTH/2, (len(self.actors) - k)*self.pitch + 0.015
-                yield place, name + actor.force_words(side, t), self.value_font, "ma"
+            yield (place.edge, place.values - k*place.row), name + actor.pose_words(t), self.value_font, "la"
+            below = place.forces - k*place.row
+            for side, (left, _, width, _) in zip(("left", "right"), place.scenes[1:], strict=True):
+                yield (left + width/2, below), name + actor.force_words(side, t), self.value_font, "ma"
 
 
 def clipped(words: str, length: int) -> str:

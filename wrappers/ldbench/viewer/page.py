@@ -25,21 +25,22 @@ from .._core.files import complete
 from ..case import Case
 from ..constants import CONTACT_NAMES, CONTACTS, KN, SIDES
 from ..geometry.outlines import Outlines, Side, run_outlines
-from ..geometry.pressures import known_patches
+from ..geometry.pressures import FLANGES, known_patches
 from ..pressure import Patch
 from ..results.answers import answers, first_flange
 from ..results.derived import lateral_over_vertical
 from ..results.events import count_name, event_kinds
-from ..results.quantities import GROUPS, quantity
+from ..results.quantities import GROUPS, PAIRS, quantity
 from ..results.run_data import RunData, read_data
 from .pack import CELLS, CELLS_BESIDE, pack
 
 FOLDER = Path(__file__).resolve().parent/"static"
 SCRIPTS = [f"{name}.js" for name in (
-    "decode number_text reading series derived parts labels views scene pressure axes chart export hover picker panel values "
-    "events runs player address keys page").split()]
+    "decode number_text reading series derived parts labels views scene pressure axes chart vector export hover picker panel "
+    "values events runs player address keys page").split()]
 HEIGHT = 900                # of the frame in a notebook [px]
 FLANK = np.radians(20)      # steeper parts of wheel and rail may touch as a flange
+NAMED = 4                   # runs of a page without exercises that its title names
 LEVELS = 99                 # of a pressure and of half a width, from 0 to the largest
 
 
@@ -101,9 +102,24 @@ def make_page(runs: Sequence[RunData], title: str = "", case: Case | None = None
         entry["shown"] = shown is None or len(entries) < shown
         entries.append(entry)
         bodies.append(base64.b64encode(body).decode())
-    title = title or ", ".join(run.heading for run in runs[:2]) + (f" and {len(runs) - 2} more runs" if len(runs) > 2 else "")
+    title = title or title_of(runs)
     facts = {"groups": GROUPS, "contacts": CONTACT_NAMES, "shapes": shapes, "runs": entries, "note": note, "summary": summary}
     return Page(fill(title, facts, bodies, FOLDER/"page.html", [FOLDER/name for name in SCRIPTS]))
+
+
+def title_of(runs: Sequence[RunData]) -> str:
+    """The title of a page: headings of one run or two; of more runs, what exercises and profiles they have, or their names."""
+    if len(runs) < 3:
+        return "; ".join(run.heading for run in runs)
+    exercises, pairs = sorted({run.exercise or 0 for run in runs}), {run.pair for run in runs}
+    if 0 in exercises or not pairs.issubset(PAIRS.values()):
+        names = ", ".join(run.name for run in runs[:NAMED])
+        return f"{len(runs)} runs: {names}" + (f" and {len(runs) - NAMED} more" if len(runs) > NAMED else "")
+    *rest, last = map(str, exercises)
+    is_row = len(rest) > 1 and exercises[-1] - exercises[0] == len(rest)
+    numbers = f"{rest[0]} to {last}" if is_row else f"{', '.join(rest)} and {last}" if rest else last
+    profiles = " and ".join(words.removesuffix(" profiles") for words in PAIRS.values() if words in pairs)
+    return f"{len(runs)} runs: exercise{'s' if rest else ''} {numbers}, {profiles} profiles"
 
 
 def assumed_profiles(runs: Sequence[RunData], case: Case | None) -> RunData | Case:
@@ -128,21 +144,29 @@ def run_entry(run: RunData, assumed: RunData | Case, shapes: list[dict[str, Any]
         notes.append("profiles are reconstructions, not the organisers' files")
     units = run.data.attrs.get("units", {})
     known = {name: quantity(name, units.get(name, "")) for name in columns}
-    events = event_entries(run)
+    answered, events = answers(run), event_entries(run)
     derived = derived_columns(columns)
     index, body = pack(time, columns, [event["t"] for event in events], cells, derived_values(run, derived))
     entry = {
-        "name": run.name, "heading": run.heading, "title": run.header.title, "file": run.file.name,
+        "name": run.name, "heading": run.heading, "title": run.header.title,
+        "task": run.heading if run.exercise else "", "file": run.file.name,
         "profiles": [f"{which}: {text}" for which, text in run.header.profiles.items()],
         "model": run.law, "ending": run.ending, "notes": notes,
-        "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale,
-                     "group": one.group, "si": units.get(name, "")} for name, one in known.items()],
+        "columns": [{"name": name, "words": one.words, "unit": one.unit, "scale": one.scale, "group": one.group,
+                     "si": units.get(name, "")} | belonging(name) for name, one in known.items()],
         "derived": derived,
-        "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answers(run)), "index": index,
+        "events": events, "unlisted": unlisted(run), "firstFlange": first_flange(answered), "opens": opening(answered),
+        "hardest": hardest_entry(answered), "index": index,
         "shape": shapes.index(shape) if shape else None, "clearance": outlines.clearance if outlines else None,
         "namelist": namelist_text(run),
     }
     return entry, body
+
+
+def belonging(name: str) -> dict[str, str]:
+    """The contact and the side, 'L' or 'R', to which a column belongs: N_LF, PE_elastic_L; nothing for others."""
+    end = name.rpartition("_")[2]
+    return {"contact": end, "side": end[0]} if end in CONTACTS else {"side": end} if end in ("L", "R") else {}
 
 
 def checked(run: RunData) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -162,7 +186,7 @@ def derived_columns(columns: Collection[str]) -> list[dict[str, Any]]:
     def entry(name: str, words: str, kind: str, contacts: Sequence[str], over: str = "", sign: float = 1.0) -> dict[str, Any]:
         unit, si, scale = ("", "1", 1.0) if over else ("kN", "N", KN)
         return {"name": name, "words": words, "unit": unit, "si": si, "scale": scale, "group": "derived", "sign": sign,
-                "of": [f"{kind}_{contact}" for contact in contacts],
+                **belonging(name), "of": [f"{kind}_{contact}" for contact in contacts],
                 "over": [f"{over}_{contact}" for contact in contacts if over]}
 
     found = []
@@ -193,7 +217,25 @@ def event_entries(run: RunData) -> list[dict[str, Any]]:
         if peak := known[f"peak_N_{contact}"]:
             found.append({"t": known[f"t_peak_{contact}"], "what": f"largest normal force, {words}", "force": None,
                           "peak": number(peak)})
+    if hardest := hardest_entry(known):
+        found.append({"t": hardest["t"], "what": f"largest pressure, {hardest['what']}", "force": None, "pressure": hardest["p"]})
     return sorted((event for event in found if np.isfinite(event["t"])), key=lambda event: event["t"])
+
+
+def opening(known: Mapping[str, Any]) -> float | None:
+    """When the flange that touches first has its first peak, or touches, where a rigid contact has no force; by the answers of a
+    run."""
+    touches = [(t, known[f"t_first_peak_{c}"]) for c in FLANGES if (t := known[f"t_first_{c}"]) is not None]
+    return next((touch if peak is None else peak for touch, peak in sorted(touches, key=lambda both: both[0])), None)
+
+
+def hardest_entry(known: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The largest pressure of a run [Pa], its contact, moment [s] and place in the frame of the track [m], by the answers of the
+    run; None where no pressure is known."""
+    if not known["pmax"] or known["t_pmax"] is None:
+        return None
+    return {"p": number(known["pmax"]), "what": CONTACT_NAMES[known["pmax_contact"]], "t": number(known["t_pmax"]),
+            "y": number(known["pmax_y"]), "z": number(known["pmax_z"])}
 
 
 def unlisted(run: RunData) -> dict[str, int]:
@@ -235,11 +277,12 @@ def steep(points: np.ndarray) -> np.ndarray:
 
 
 def pressure_entries(run: RunData, contacts: Sequence[str]) -> list[dict[str, Any]]:
-    """The patches that are known at the largest normal force of each of some contacts and at the peak of the first contact of
-    each flange, in order of time."""
+    """The patches that are known at the largest normal force of each of some contacts, at the peak of the first contact of each
+    flange and at the largest pressure, in order of time."""
     rows = {one.top for contact in ("LF", "RF") if (one := run.first_interval(contact))}
     known = answers(run)
-    rows |= {int(np.abs(run.time - t).argmin()) for contact in contacts if (t := known[f"t_peak_{contact}"]) is not None}
+    moments = [known[name] for name in (*(f"t_peak_{contact}" for contact in contacts), "t_pmax")]
+    rows |= {int(np.abs(run.time - t).argmin()) for t in moments if t is not None}
     return [{"t": float(run.time[k]), "patches": [patch_entry(patch) for patch in patches]} for k in sorted(rows)
             if (patches := known_patches(run, k))]
 
@@ -250,7 +293,7 @@ def patch_entry(patch: Patch) -> dict[str, Any]:
     dx, ds = patch.x[1] - patch.x[0], patch.s[1] - patch.s[0]
     widths = np.minimum(patch.width/(len(half)*dx), 1)
     middle = half[0]/max(patch.largest, half.max())
-    return {"c": patch.contact, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
+    return {"c": patch.contact, "also": patch.also, "pmax": float(f"{patch.largest:.5g}"), "area": float(f"{patch.area:.5g}"),
             "x": float(f"{len(half)*dx:.4g}"), "s": float(f"{len(patch.s)*ds:.4g}"),
             "p": np.rint(LEVELS*middle).astype(int).tolist(), "w": np.rint(LEVELS*widths).astype(int).tolist()}
 

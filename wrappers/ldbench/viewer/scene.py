@@ -24,6 +24,7 @@ ARROW = 0.045                       # length of the largest force in the close-u
 HALF_WIDTH, BELOW, ABOVE = 0.098, 0.05, 0.064   # of a close-up, from the middle of the rail's top [m]
 WHEEL = {"facecolor": "#EEF0F3", "edgecolor": BLACK, "linewidth": 1.0}
 RAIL = {"facecolor": "#CFD4DA", "edgecolor": BLACK, "linewidth": 0.8}
+LETTERS = 0.22                      # height of the words at a scale with what is free round them [in]
 SCALE_GREY = "#404040"
 
 
@@ -116,26 +117,32 @@ class Scene:
                 continue
             for rail in rails:
                 foot = [[rail[-1, 0], -0.2], [rail[0, 0], -0.2]]
-                self.ax.fill(*np.vstack([rail, foot]).T, **(outline_look(actor.line) if drawn else RAIL))
+                self.ax.fill(*np.vstack([rail, foot]).T, gid=self.named("rail", actor, "L" if rail[0, 0] > 0 else "R"),
+                             **(outline_look(actor.line) if drawn else RAIL))
             drawn.append(points)
             self.rails.append(actor.line)
 
     def add_wheelset(self, k: int, actor: Actor, outlines: Outlines) -> None:
         """Draw the wheels and the axle of a run with contact points and forces; all of them move."""
-        shown = [np.vstack([one.wheel, one.wheel[::-1]*[1, -1]])*[s, 1] for one, s in outlines.sides if self.side in (0, s)]
+        shown = {self.named("wheel", actor, "L" if s > 0 else "R"): np.vstack([one.wheel, one.wheel[::-1]*[1, -1]])*[s, 1]
+                 for one, s in outlines.sides if self.side in (0, s)}
         if not self.side:
             a, b = (s*one.wheel[:, 0].min() for one, s in outlines.sides)       # ends of the axle, between the wheels
-            shown.insert(0, np.array([[b, -0.08], [a, -0.08], [a, 0.08], [b, 0.08]]))
+            shown = {self.named("axle", actor): np.array([[b, -0.08], [a, -0.08], [a, 0.08], [b, 0.08]])} | shown
         looks = outline_look(actor.line) if k else WHEEL
-        self.bodies.append([(body, self.ax.fill(*body.T, animated=True, **looks)[0]) for body in shown])
+        self.bodies.append([(body, self.ax.fill(*body.T, animated=True, gid=name, **looks)[0]) for name, body in shown.items()])
         for contact in CONTACTS:
             if {"L": 1, "R": -1}[contact[0]] == -self.side or not all(
                     f"{q}_{contact}" in actor.columns for q in ("N", "Fy", "Fz", "y", "z")):
                 continue
             color = CONTACT_LINES[contact].color if len(self.drawn) == 1 else actor.line.color
-            self.arrows[k, contact] = self.add_arrow(facecolor=color, animated=True)
+            self.arrows[k, contact] = self.add_arrow(facecolor=color, animated=True, gid=self.named("force", actor, contact))
             self.points[k, contact] = self.ax.plot([0], [0], "o", markersize=4, color=color, markeredgecolor="white",
-                                                   markeredgewidth=0.6, animated=True)[0]
+                                                   markeredgewidth=0.6, animated=True, gid=self.named("contact", actor, contact))[0]
+
+    def named(self, what: str, actor: Actor, whose: str = "wheelset") -> str:
+        """The name of a part: what it shows, of which contact or side, of which run, and in which of the three scenes."""
+        return f"{what}.{whose}.{actor.run.name}.{('whole', 'left', 'right')[self.side]}"
 
     def add_scales(self, largest: float) -> None:
         """Draw a bar of a round length and above it an arrow of a round force, outside the rail or between the wheels."""
@@ -144,16 +151,19 @@ class Scene:
             ax.set_title("left wheel" if far > 0 else "right wheel", fontsize=9, pad=4)
             start = ax.get_xlim()[0 if far > 0 else 1] - far*0.02*np.ptp(ax.get_xlim())
         low, high = ax.get_ylim()
-        step = (0.13 if self.side else 0.11)*(high - low)
+        tall = ax.get_position().height*ax.figure.get_size_inches()[1]          # [in]
+        step = max(0.13 if self.side else 0.11, LETTERS/tall)*(high - low)
         bar, force = low + 0.35*step, low + 1.35*step
         self.scale_force, self.scale_length = round_number(largest), 0.02 if self.side else 0.2
         length = self.unit*self.scale_force
-        ax.plot([start, start - far*self.scale_length], [bar, bar], "|-", color=SCALE_GREY, linewidth=1.0, markersize=6)
-        self.scale_arrow = self.add_arrow(facecolor=SCALE_GREY)
+        ax.plot([start, start - far*self.scale_length], [bar, bar], "|-", color=SCALE_GREY, linewidth=1.0, markersize=6,
+                gid=f"scale.length.{self.side}")
+        self.scale_arrow = self.add_arrow(facecolor=SCALE_GREY, gid=f"scale.force.{self.side}")
         self.aim(self.scale_arrow, np.array([start, force]), np.array([-far*length, 0.0]))
         for y, size, words in ((bar, self.scale_length, f"{MM*self.scale_length:g} mm"),
                                (force, length, f"{KN*self.scale_force:g} kN")):
-            ax.text(start - far*size/2, y + 0.25*step, words, ha="center", va="bottom", fontsize=8, color=SCALE_GREY)
+            at, way = (start, "left" if far > 0 else "right") if self.side else (start - size/2, "center")
+            ax.text(at, y + 0.25*step, words, ha=way, va="bottom", fontsize=8, color=SCALE_GREY)
 
     def add_arrow(self, **look: object) -> FancyArrow:
         """Add an arrow, to be set by `aim`."""

@@ -21,12 +21,12 @@ import numpy as np
 
 from ldbench import Case, Error
 from ldbench.commands.options import add_json, add_map, add_reference, add_simulation, print_json
-from ldbench.number_text import UNKNOWN, two_digits
+from ldbench.number_text import UNKNOWN
 from ldbench.results.quantities import quantity
 from ldbench.results.run_data import RunData
 
 from ..check import read_submitted
-from ..findings import FAILED, apart_text
+from ..findings import FAILED, apart_text, times_text
 from ..metrics import score
 from ..own_runs import yardsticks
 from ..physics_checks import start_findings
@@ -35,6 +35,7 @@ from ..submissions import complaint, find_files
 from ..tasks import TASKS, Task, task_named, task_of
 
 SHOWN = 5       # impacts without a partner
+WIDTH = 54      # of a quantity in words
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -117,13 +118,13 @@ def heading(scores: Scores) -> str:
 
 def lines(scores: Scores, everything: bool) -> Iterator[str]:
     """The table of a file: a line for each kind, with the quantity that grades it; or all scores."""
-    yield f"  {'quantity':44} {'difference':>10} {'grade':>6} {'scored':>7} {'of Hertz':>9} {'of spread':>9}"
+    yield f"  {'quantity':{WIDTH}} {'difference':>10} {'grade':>6} {'scored':>7} {'of Hertz':>9} {'of spread':>9}"
     for kind, words in KINDS.items():
         if everything:
             yield from (row(quantity(one.name).words if kind in OVER_TIME else one.name, one, one.share)
                         for one in scores.of_kind(kind))
         elif worst := scores.graded(kind):
-            named = words if kind == "contacts" else f"{words}, worst: {worst.quantity}"
+            named = words if kind == "contacts" else f"{words}, worst: {worst.words}"
             yield row(named, worst, scores.share_of(kind))
     listed = scores.unmatched if everything else sorted(scores.unmatched, key=lambda one: -one.impulse)[:SHOWN]
     for one in listed:
@@ -141,5 +142,6 @@ def percent(share: float, digits: int = 3) -> str:
 def row(words: str, one: Score, share: float) -> str:
     """A line of the table."""
     by_hertz = one.difference/one.hertz if one.hertz > 0 else float("nan")
-    return (f"  {words:44} {apart_text(one.difference, GRADES, 2):>10} {UNKNOWN if one.grade is None else f'{one.grade:g}':>6} "
-            f"{percent(share):>5} % {two_digits(by_hertz):>9} {two_digits(one.of_spread):>9}")
+    grade = UNKNOWN if one.grade is None else f"{one.grade:g}"
+    return (f"  {words:{WIDTH}} {apart_text(one.difference, GRADES, 2):>10} {grade:>6} "
+            f"{percent(share):>5} % {times_text(by_hertz):>9} {times_text(one.of_spread):>9}")

@@ -15,7 +15,7 @@ const factor = id => [() => get(id).value !== "1" && get(id).value, (page, words
 // no sense are passed over.
 const STATE = {
   align: tick("align"),
-  w: [({window: [from, to], start, end}) => (from > start || to < end) && [from, to].map(t => +t.toPrecision(10)).join(","),
+  w: [page => !page.shows(...page.stretch) && page.window.map(t => +t.toPrecision(10)).join(","),
       (page, words) => {
         const [from, to] = numbers(words, 2) ?? [];
         if (to > from) page.setWindow(from, to - from);
@@ -40,11 +40,11 @@ class Address {
 
   read() { return new URLSearchParams(location.hash.slice(1)); }
 
-  // A link to a moment of some runs; everything else stays as it is.
+  // A link to a moment of some runs, or to their first flange contact where t is null; everything else stays as it is.
   link(t, names = [], view = "whole") {
     const [run, ...others] = names.map(encodeURIComponent);
-    return `#t=${+t.toPrecision(9)}` + (run === undefined ? "" : `&run=${run}`)
-      + others.map(name => `&with=${name}`).join("") + (view === "whole" ? "" : `&view=${view}`);
+    return "#" + [t !== null && `t=${+t.toPrecision(9)}`, run !== undefined && `run=${run}`, ...others.map(name => `with=${name}`),
+                  view !== "whole" && `view=${view}`].filter(Boolean).join("&");
   }
 
   // The runs that the address names, or those that are shown at first.
@@ -62,6 +62,7 @@ class Address {
       page.shown = wanted;
       await page.showRuns();
     }
+    if (link.has("run") && !link.has("t")) page.go(page.opening());
     if (VIEWS.includes(link.get("view"))) page.look(link.get("view"));
     const charts = link.getAll("c").map(chartOf).filter(Boolean);
     if (charts.length) page.replaceCharts(charts);

@@ -1,6 +1,6 @@
 // Vertical scales, round numbers and the axes of a chart.
 
-const MARGIN = {left: 62, right: 12, top: 8, bottom: 22};
+const MARGIN = {left: 62, right: 12, top: 8, bottom: 22, words: 14};
 
 // A vertical scale: value to pixel and back. A logarithmic one shows magnitudes.
 function verticalScale(low, high, log, {top, bottom}) {
@@ -63,8 +63,23 @@ function shortUnit(unit, {low, high}) {
   return unit !== "J" || largest >= 1e-3 ? [1, unit] : largest >= 1e-6 ? [1e6, "µJ"] : [1e9, "nJ"];
 }
 
-// Draw both axes of a chart. `box` is where it draws; the last number of the horizontal axis carries the unit.
-function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit) {
+// The words that all of some begin with, up to a comma: of "normal force, left tread" and "normal force, right tread" the force.
+function commonWords(all) {
+  const parts = all.map(words => words.split(", ")), [first = []] = parts;
+  let count = 0;
+  while (count < first.length && parts.every(words => words[count] === first[count])) count++;
+  return first.slice(0, count).join(", ");
+}
+
+// Words and unit at an axis; the unit alone where there is no room for both.
+function axisWords(g, words, unit, room) {
+  const both = [words, unit && `[${unit}]`].filter(Boolean).join(" ");
+  return g.measureText(both).width < room ? both : unit;
+}
+
+// Draw both axes of a chart. `box` is where it draws; the last number of the horizontal axis carries the unit. words: of what the
+// vertical axis has, and across of the horizontal one, if it is not time.
+function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit, words, across) {
   const {left, right, top, bottom} = box;
   g.lineWidth = 1;
   g.textBaseline = "middle";
@@ -95,8 +110,9 @@ function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit) {
   g.save();
   g.translate(8, (top + bottom) / 2);
   g.rotate(-Math.PI / 2);
-  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : shown, 0, 0);
+  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : axisWords(g, words, shown, bottom + MARGIN.bottom), 0, 0);
   g.restore();
+  if (across) g.fillText(axisWords(g, across, horizontalUnit, right - left), (left + right) / 2, bottom + 11 + MARGIN.words);
   g.strokeStyle = colour.of("muted");
   line(g, left, bottom, right, bottom);
 }

@@ -1,6 +1,8 @@
 // One chart: columns of the runs that are shown over time or over another column, or the differences of the further
 // runs from the first one over time.
 
+const MOST_WITH_EVENTS = 2;     // runs: the events of more of them are one grey area
+
 class Chart {
   constructor(page, {names, mode = "values", over = "", log = false, limits = null, acrossLimits = null}) {
     Object.assign(this, {page, names, mode: over ? "values" : mode, over, log, limits, acrossLimits});
@@ -15,17 +17,18 @@ class Chart {
       const column = run.column(name);
       if (!column) return null;
       if (several) return {run, column, colour: colour.run(run), dash: colour.dash(run), width: [1.4, 2.2, 0.8][k % 3]};
-      const look = colour.ofColumn(name) ?? colour.neutral(neutral++);
-      const same = taken.filter(one => one === look.colour).length;
-      taken.push(look.colour);
-      return {run, column, colour: look.colour, dash: same ? DASHES[(same + 1) % 4] : look.dash, width: 1.4};
+      const look = colour.ofColumn(column) ?? colour.neutral(neutral++);
+      const free = [look.dash, ...DASHES].find(dash => !taken.includes(look.colour + dash)) ?? look.dash;
+      taken.push(look.colour + free);
+      return {run, column, colour: look.colour, dash: free, width: 1.4};
     })).filter(Boolean);
   }
 
   resize() {
     Object.assign(this, prepare(this.canvas));
     const right = Math.max(this.w - MARGIN.right, MARGIN.left + 10);
-    this.box = {left: MARGIN.left, right, top: MARGIN.top, bottom: this.h - MARGIN.bottom, spare: MARGIN.right - 1};
+    this.box = {left: MARGIN.left, right, top: MARGIN.top, bottom: this.h - MARGIN.bottom - (this.over ? MARGIN.words : 0),
+                spare: MARGIN.right - 1};
   }
 
   // The limits of the horizontal axis: the window of time, or values of another column as they are shown.
@@ -49,6 +52,13 @@ class Chart {
     return {...column, scale: factor * column.scale, unit};
   }
 
+  // What a line shows.
+  nameOf({run, column}) {
+    const {name, contact = "", side = "", unit, scale} = this.asOnAxis(column);
+    return {what: this.mode === "difference" ? "difference" : "column", run: run.name, column: name, contact, side, unit,
+            factor: scale, over: this.over};
+  }
+
   draw() {
     this.g.clearRect(0, 0, this.w, this.h);
     this.paint(this.g);
@@ -65,21 +75,26 @@ class Chart {
     const least = Math.min(...all("least")), most = Math.max(...all("most")), smallest = Math.min(...all("smallest"));
     const [low, high] = this.limits ?? (this.log ? logExtent(smallest, Math.max(-least, most)) : extent(least, most));
     this.scale = verticalScale(low, high, this.log && low > 0, box);
+    naming(g, {what: "axes"});
     drawAxes(g, page.colour, box, this.scale, drawn[0]?.line.column.unit ?? "", this.ends, x => this.x(x),
-             this.over ? drawn[0]?.across.unit ?? "" : "s");
+             this.over ? drawn[0]?.across.unit ?? "" : "s", commonWords(drawn.map(({line}) => line.column.words)),
+             this.over ? drawn[0]?.across.words ?? "" : "");
     g.save();
     g.beginPath();
     g.rect(box.left, box.top - 1, box.right - box.left, box.bottom - box.top + 2);
     g.clip();
+    naming(g, {what: "events"});
     if (!this.over) this.drawEvents(g);
     g.lineJoin = "round";
     drawn.forEach(one => this.drawPieces(g, one));
+    naming(g, {what: "nothing to show"});
     g.restore();
     const words = drawn.some(one => Number.isFinite(one.most)) ? "" : drawn.length ? "no values here"
       : this.mode === "difference" ? "a difference needs a second run" : "no such column";
     g.fillStyle = page.colour.of("muted");
     g.textAlign = "center";
     if (words) g.fillText(words, (box.left + box.right) / 2, (box.bottom + box.top) / 2);
+    naming(g);
   }
 
   // What is drawn of a line over time.
@@ -126,6 +141,7 @@ class Chart {
 
   drawPieces(g, {line, points, band, exact}) {
     const v = x => this.scale.y(line.column.scale * x);
+    naming(g, this.nameOf(line));
     g.strokeStyle = g.fillStyle = line.colour;
     g.lineWidth = line.width;
     g.setLineDash(line.dash);
@@ -188,6 +204,7 @@ class Chart {
 
   drawEvents(g) {
     const [start, end] = this.page.window, {box} = this;
+    if (this.page.runs.length > MOST_WITH_EVENTS) return;
     const within = this.page.events.all.filter(({t}) => t >= start && t <= end);
     const shown = within.length > (box.right - box.left) / 6 ? within.filter(event => !event.fromRows) : within;
     g.strokeStyle = this.page.colour.of("edge");

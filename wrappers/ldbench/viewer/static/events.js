@@ -16,10 +16,14 @@ function drawEventList(runs, listed) {
     ...runs.flatMap(run => unlistedWords(run).map(words => option("", name(run) + words, true))));
 }
 
-function eventWords({what, force, peak, fromRows}) {
+function eventWords({what, force, peak, pressure, fromRows}) {
+  if (pressure) return `${what}, ${pressureText(pressure)}`;
   if (peak) return `${what}, ${forceText(peak)}`;
   return (force ? `${what}, lateral force ${forceText(force)}` : what) + (fromRows ? ", by the rows" : "");
 }
+
+// Whether an event is the largest force of a contact, or the largest pressure.
+function isLargest({peak, pressure}) { return Boolean(peak ?? pressure); }
 
 // How many events of each kind the file does not list.
 function unlistedWords(run) {

@@ -1,66 +1,11 @@
-// A chart as a picture or as numbers: SVG by a context that writes what a canvas would draw, PNG, and CSV.
+// Charts and the scene as pictures, and charts as numbers: SVG, PDF, PNG and CSV. Pictures are in the colours of paper.
 
-// The part of a canvas context that charts use; it makes SVG.
-class SvgContext {
-  constructor(w, h) {
-    Object.assign(this, {w, h, parts: [], path: "", state: {move: "", clip: "", alpha: 1}, saved: [], clips: 0});
-    Object.assign(this, {fillStyle: "#000", strokeStyle: "#000", lineWidth: 1, dash: [], textAlign: "left", font: ""});
-  }
-
-  set globalAlpha(alpha) { this.state.alpha = alpha; }
-
-  setLineDash(dash) { this.dash = dash; }
-  beginPath() { this.path = ""; }
-  moveTo(x, y) { this.path += `M${short(x)} ${short(y)}`; }
-  lineTo(x, y) { this.path += `${this.path ? "L" : "M"}${short(x)} ${short(y)}`; }
-  rect(x, y, w, h) { this.path += `M${short(x)} ${short(y)}h${short(w)}v${short(h)}h${short(-w)}z`; }
-  save() { this.saved.push({...this.state}); }
-  restore() { this.state = this.saved.pop(); }
-  translate(x, y) { this.state.move += `translate(${short(x)} ${short(y)})`; }
-  rotate(angle) { this.state.move += `rotate(${short(angle * 180 / Math.PI)})`; }
-
-  clip() {
-    this.state.clip = `clip${++this.clips}`;
-    this.parts.push(`<clipPath id="${this.state.clip}"><path d="${this.path}"/></clipPath>`);
-  }
-
-  put(tag, facts, inside = "") {
-    const {move, clip, alpha} = this.state;
-    const all = {...facts, transform: move, "clip-path": clip && `url(#${clip})`, opacity: alpha === 1 ? "" : alpha};
-    const words = Object.entries(all).filter(([, value]) => value !== "").map(([name, value]) => ` ${name}="${value}"`);
-    this.parts.push(`<${tag}${words.join("")}>${inside}</${tag}>`);
-  }
-
-  stroke() {
-    if (this.path) this.put("path", {d: this.path, fill: "none", stroke: this.strokeStyle, "stroke-width": this.lineWidth,
-                                     "stroke-dasharray": this.dash.join(" "), "stroke-linejoin": "round"});
-  }
-
-  fillRect(x, y, w, h) { this.put("rect", {x: short(x), y: short(y), width: short(w), height: short(h), fill: this.fillStyle}); }
-
-  measureText(text) { return {width: 6 * text.length}; }
-
-  fillText(text, x, y) {
-    const anchor = {left: "start", center: "middle", right: "end"}[this.textAlign];
-    this.put("text", {x: short(x), y: short(y), fill: this.fillStyle, "text-anchor": anchor, "dominant-baseline": "central"},
-             plain(text));
-  }
-
-  text() {
-    return `<svg xmlns="http://www.w3.org/2000/svg" width="${this.w}" height="${this.h}" viewBox="0 0 ${this.w} ${this.h}" `
-      + `font-family="sans-serif" font-size="11">${this.parts.join("\n")}</svg>\n`;
-  }
-}
-
-function short(x) { return +x.toFixed(2); }
-
-function plain(text) {
-  return String(text).replace(/[&<>"]/g, mark => `&#${mark.charCodeAt(0)};`).replace(/[^\t\n\r -\ud7ff\ue000-\ufffd]/g, "?");
-}
+const PNG_PIXELS = 3;           // of a picture for each one on the screen
 
 // Draw a chart on paper with another context, and its legend below; of several runs with their names.
 function paintWithLegend(chart, g, height) {
   const {colour} = chart.page, {left, right} = chart.box;
+  naming(g, {what: "paper"});
   g.fillStyle = colour.of("paper");
   g.fillRect(0, 0, chart.w, height);
   chart.paint(g);
@@ -68,6 +13,7 @@ function paintWithLegend(chart, g, height) {
   g.textAlign = "left";
   g.textBaseline = "middle";
   for (const look of chart.lines()) {
+    naming(g, {...chart.nameOf(look), what: "legend"});
     const words = chart.words(look), width = 40 + g.measureText(words).width;
     if (x + width > right && x > left) [x, y] = [left, y + 16];
     g.strokeStyle = look.colour;
@@ -79,22 +25,64 @@ function paintWithLegend(chart, g, height) {
     g.fillText(words, x + 30, y);
     x += width + 14;
   }
+  naming(g);
 }
 
+// With the legend below.
 function heightWithLegend(chart) { return chart.h + 16 * (chart.lines().length + 1); }
 
-function chartAsSvg(chart) {
-  const height = heightWithLegend(chart), g = new SvgContext(chart.w, height);
-  paintWithLegend(chart, g, height);
-  return new Blob([g.text()], {type: "image/svg+xml"});
+const CONTEXTS = {svg: SvgContext, pdf: PdfContext};
+
+// What `draw` draws in a context of this size, as a file of a kind: "svg", "pdf" or "png".
+function pictureOf(kind, w, h, draw) {
+  if (CONTEXTS[kind]) {
+    const g = new CONTEXTS[kind](w, h);
+    draw(g);
+    return g.blob();
+  }
+  const canvas = make("canvas"), g = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [PNG_PIXELS * w, PNG_PIXELS * h];
+  g.setTransform(PNG_PIXELS, 0, 0, PNG_PIXELS, 0, 0);
+  draw(g);
+  return new Promise(done => canvas.toBlob(done, "image/png"));
 }
 
-function chartAsPng(chart) {
-  const ratio = 3, height = heightWithLegend(chart), canvas = make("canvas"), g = canvas.getContext("2d");
-  [canvas.width, canvas.height] = [ratio * chart.w, ratio * height];
-  g.setTransform(ratio, 0, 0, ratio, 0, 0);
-  paintWithLegend(chart, g, height);
-  return new Promise(done => canvas.toBlob(done, "image/png"));
+// Draw in the light colours.
+function onPaper(draw) {
+  const {dataset} = document.documentElement, before = dataset.theme;
+  dataset.theme = "light";
+  try {
+    return draw();
+  } finally {
+    dataset.theme = before;
+  }
+}
+
+function chartAs(kind, chart) {
+  const height = heightWithLegend(chart);
+  return onPaper(() => pictureOf(kind, chart.w, height, g => paintWithLegend(chart, g, height)));
+}
+
+// The scene as it is seen, with its scales.
+function sceneAs(kind, page) {
+  const {scene} = page, {g: screen, w, h} = scene;
+  return onPaper(() => pictureOf(kind, w, h, g => {
+    naming(g, {what: "paper"});
+    g.fillStyle = page.colour.of("paper");
+    g.fillRect(0, 0, w, h);
+    scene.g = g;
+    try {
+      page.redrawScene();
+    } finally {
+      scene.g = screen;
+    }
+  }));
+}
+
+// Buttons that save a picture, with the words for what is saved.
+function pictureButtons(what, fileName, picture) {
+  return ["svg", "pdf", "png"].map(kind => button(kind.toUpperCase(), `save ${what} as ${kind.toUpperCase()}`,
+    async () => save(`${fileName()}.${kind}`, await picture(kind))));
 }
 
 // The rows of the window in SI units, with all digits that the page has; of a long run those that are kept.

@@ -56,5 +56,8 @@ function percentText(share, {decimals = 2, sign = false} = {}) {
   return words === UNKNOWN ? words : `${/[1-9]/.test(words) ? words : "0"} %`;
 }
 
+// A pressure [Pa] in whole MPa.
+function pressureText(p) { return `${numberText(1e-6 * p, {decimals: 0})} MPa`; }
+
 // A force [N] in kN, in three digits and at most one decimal.
 function forceText(force) { return `${numberText(1e-3 * force, {decimals: 1, digits: 3})} kN`; }

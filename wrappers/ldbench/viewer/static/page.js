@@ -9,6 +9,7 @@ class Page {
                          t: 0, mark: null, colour: new Colours(), values: new Values()});     // mark: time of the second cursor
     this.address = new Address(this);
     this.player = new Player(this);
+    this.track = new Track(this);
     this.scene = new Scene(get("scene"), this.colour);
     this.fillControls();
   }
@@ -46,21 +47,26 @@ class Page {
     this.runs = runs;
     this.placeRuns();
     const {start, end, window: [from, to]} = this;
-    this.window = sameWindow && from < end && to > start ? [Math.max(from, start), Math.min(to, end)] : [start, end];
-    this.player.suit(this.end - this.start);
+    this.window = sameWindow && from < end && to > start ? [Math.max(from, start), Math.min(to, end)] : this.stretch;
+    this.player.suit(this.stretch[1] - this.stretch[0]);
     if (!this.charts.length) {
       defaultCharts(this.runs).forEach(([names, mode]) => this.addChart({names, mode}));
       this.firstCharts = this.charts.map(wordsOfChart).join("\n");
     }
-    const titles = this.runs.map(run => run.title).filter(Boolean);
-    const more = titles.length > 2 ? [`and ${titles.length - 2} more runs`] : [];
-    get("subtitle").textContent = [...titles.slice(0, 2), ...more].join(" · ");
+    get("subtitle").textContent = this.runs.length < 3 ? this.runs.map(run => run.title).filter(Boolean).join("; ") : "";
     drawChoice(this);
     drawAbout(this);
     this.values.draw(this.runs, this.columns(), this.facts.groups);
     this.charts.forEach(chart => chart.drawHead());
     this.resize();
-    this.go(this.t);
+    // A moment that somebody chose stays when other runs are shown.
+    this.go(this.opened === undefined || this.t === this.opened ? this.opened = this.opening() : this.t);
+  }
+
+  // The row of the first flange contact's largest force, of the first run that has one.
+  opening() {
+    const run = this.runs.find(one => Number.isFinite(one.opens));
+    return run ? run.rowTime(run.opens + run.shift) : this.start;
   }
 
   // Every run at its time, aligned or not; everything that depends on it follows.
@@ -70,8 +76,9 @@ class Page {
     this.events = gatherEvents(runs);
     this.start = Math.min(...runs.map(run => run.start));
     this.end = Math.max(...runs.map(run => run.end));
-    Object.assign(get("scrub"), {min: this.start, max: this.end});
+    this.stretch = commonStretch(runs);
     drawEventList(runs, this.events.listed);
+    drawHardest(this);
   }
 
   // Each column of the files once, over all runs that are shown.
@@ -102,7 +109,7 @@ class Page {
         .map(([name, words, unit]) => `${words} ${decimalWords(run.reading(name, at), 1e3)} ${unit}`);
       return (this.runs.length > 1 ? `${run.name}: ` : "") + (have.join(", ") || "no displacements in the file");
     });
-    get("pose").textContent = words.join("; ");
+    get("pose").replaceChildren(...words.map(text => make("span", {}, text)));
   }
 
   addChart(state) {
@@ -147,10 +154,16 @@ class Page {
     this.charts.forEach(chart => chart.draw());
     this.placeCursors();
     drawOverview(this);
+    drawBeyond(this);
   }
 
+  // Whether the window has these ends.
+  shows(from, to) { return this.window[0] === from && this.window[1] === to; }
+
+  // The stretch that the runs have in common; if it is shown already, all of the longest run.
   wholeRun() {
-    this.setWindow(this.start, this.end - this.start);
+    const [from, to] = this.shows(...this.stretch) ? [this.start, this.end] : this.stretch;
+    this.setWindow(from, to - from);
     this.write();
   }
 
@@ -160,9 +173,9 @@ class Page {
     this.t = Math.min(Math.max(t, this.start), this.end);
     if (this.t !== before && (this.t < start || this.t > end)) this.setWindow(this.t - 0.1 * (end - start), end - start);
     this.scene.draw(this.runs, this.shapes, this.t, !settled);
-    drawPatches(this.runs[0], this.t, this.colour);
+    drawPatches(this);
     this.placeCursors();
-    get("scrub").value = this.t;
+    get("scrub").value = this.track.share(this.t);
     get("clock").textContent = `${timeWords(this.t)} s`;
     const now = performance.now();
     if (settled || now - (this.filled ?? 0) > REFRESH) {
@@ -214,7 +227,7 @@ class Page {
   say() {
     const aside = 1e-6 * (this.end - this.start);
     const here = this.events.all.filter(({t}) => Math.abs(t - this.t) <= aside).map(eventWords);
-    const words = [`${timeWords(this.t)} s`, ...here, get("pose").textContent];
+    const words = [`${timeWords(this.t)} s`, ...here, [...get("pose").children].map(one => one.textContent).join("; ")];
     for (const c of Object.keys(this.facts.contacts)) {
       if (this.runs[0].contact(c, this.t)) words.push(`${this.facts.contacts[c]} ${forceWords(this.runs[0], c, this.t)}`);
     }
@@ -244,6 +257,8 @@ class Page {
     this.show(view === "whole" || !shape ? fitAll(this.scene, this.runs, this.shapes, this.t)
       : fitContact(this.scene, first, shape, this.t, view));
   }
+
+  pictureName() { return [...this.runs.map(run => run.name), this.scene.view, `${timeWords(this.t)}s`].join("_").slice(0, 100); }
 
   redrawScene() { this.scene.draw(this.runs, this.shapes, this.t); }
 
@@ -298,9 +313,12 @@ class Page {
       },
     };
     for (const [id, act] of Object.entries(onClick)) get(id).onclick = act;
+    get("patches-save").append(...pictureButtons("the patches", () => `${this.pictureName()}_patches`,
+                                                 kind => patchesAs(kind, this)));
+    get("scene-save").append(...pictureButtons("the picture", () => this.pictureName(), kind => sceneAs(kind, this)));
     get("scrub").oninput = () => {
       this.pause();
-      this.goToRow(Number(get("scrub").value));
+      this.goToRow(this.track.time(Number(get("scrub").value)));
     };
     get("events").onchange = () => {
       const chosen = this.events.listed[get("events").value];
@@ -335,16 +353,18 @@ class Page {
     if (!this.runs.length) return;
     this.charts.forEach(chart => chart.draw());
     drawOverview(this);
+    drawBeyond(this);
     this.placeCursors();
     this.redrawScene();
-    drawPatches(this.runs[0], this.t, this.colour);
+    drawPatches(this);
   }
 }
 
+// The charts at first. Differences are shown of runs of one exercise.
 function defaultCharts(runs) {
-  const has = name => runs.some(run => run.has(name));
+  const has = name => runs.some(run => run.has(name)), alike = new Set(runs.map(run => run.task).filter(Boolean)).size < 2;
   const wanted = runs.length > 1
-    ? [[["Y"]], [["Y"], "difference"], [["N_LF", "N_RF"]], [["roll"]], [["E_drift"]]]
+    ? [[["Y"]], ...(alike ? [[["Y"], "difference"]] : []), [["N_LF"]], [["N_RF"]], [["roll"]], [["E_drift"]]]
     : [[["Y"]], [["N_LF", "N_RF"]], [["N_LT", "N_RT"]], [["KE_lat", "PE_elastic_L", "PE_elastic_R"]], [["E_drift"]]];
   const found = wanted.map(([names, mode]) => [names.filter(has), mode]).filter(([names]) => names.length);
   return found.length ? found : runs[0].columns.slice(0, 3).map(column => [[column.name]]);

@@ -77,8 +77,7 @@ class Panel extends Chart {
       make("span", {class: "choice", role: "group", "aria-label": "zoom of the values"},
         button("−", "show more values", () => this.zoomValues(2)), button("+", "show fewer values", () => this.zoomValues(0.5))),
       make("span", {class: "choice", role: "group", "aria-label": "save"},
-        button("SVG", "save the chart as SVG", () => save(`${this.fileName()}.svg`, chartAsSvg(this))),
-        button("PNG", "save the chart as PNG", async () => save(`${this.fileName()}.png`, await chartAsPng(this))),
+        ...pictureButtons("the chart", () => this.fileName(), kind => chartAs(kind, this)),
         button("CSV", "save the values as CSV", () => save(`${this.fileName()}.csv`, chartAsCsv(this))))));
   }
 

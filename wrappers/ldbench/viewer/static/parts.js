@@ -17,6 +17,9 @@ function setAll(element, attributes) {
   return element;
 }
 
+// What is drawn until the next name, for pictures that can say so: run, column, contact, side, unit, and the factor from SI to it.
+function naming(g, name = {}) { g.named?.(name); }
+
 // Give a canvas as many pixels as its place on the screen has: {g, w, h}, a context in CSS pixels and the size in these.
 function prepare(canvas, w = canvas.clientWidth, h = canvas.clientHeight) {
   const ratio = Math.min(window.devicePixelRatio || 1, 2), g = canvas.getContext("2d");
@@ -52,10 +55,9 @@ const NEUTRAL = [0, 2, 3, 4, 7];        // series for columns that belong to no 
 class Colours {
   of(name) { return getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim(); }
 
-  // The look of a column that belongs to a side, by the end of its name: N_LF, PE_elastic_L; null for others.
-  ofColumn(name) {
-    const [, side, part] = /_([LR])([TF]?)$/.exec(name) ?? [];
-    return side ? {colour: this.of(side + (part || "T")), dash: part === "F" ? FLANGE_DASHES[side] : []} : null;
+  // The look of a column that belongs to a contact or to a side; null for others.
+  ofColumn({contact, side}) {
+    return side ? {colour: this.of(contact || `${side}T`), dash: contact?.[1] === "F" ? FLANGE_DASHES[side] : []} : null;
   }
 
   neutral(k) { return {colour: this.of("series" + NEUTRAL[k % 5]), dash: DASHES[k % 4]}; }

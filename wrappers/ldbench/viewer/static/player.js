@@ -50,8 +50,11 @@ class Player {
     this.next = requestAnimationFrame(frame);
   }
 
-  // What is played: the window if it is looped, else the whole run.
-  span() { return this.looping ? this.page.window : [this.page.start, this.page.end]; }
+  // What is played: the window if it is looped, else the time that the axes show at first, and behind it the rest.
+  span() {
+    const {window, stretch, start, end, t} = this.page;
+    return this.looping ? window : t < stretch[1] ? stretch : [start, end];
+  }
 
   pause() {
     if (!this.playing) return;
@@ -74,10 +77,33 @@ class Player {
   }
 }
 
-// The whole run behind the slider: the first run's displacement, the window, and the events.
+const KNEE = 0.7;               // share of the slider for the time that the axes show at first, where runs go on behind it
+
+// The scale of the slider: even, with a knee where runs are left behind that a longer one would squeeze.
+class Track {
+  constructor(page) { this.page = page; }
+
+  // Times, and where they are on the slider.
+  get scale() {
+    const {page: {start, end, stretch: [, knee]}} = this;
+    return knee < end ? [[start, knee, end], [0, KNEE, 1]] : [[start, end], [0, 1]];
+  }
+
+  share(t) {
+    const [times, shares] = this.scale;
+    return interpolate(times, shares, Math.min(Math.max(t, times[0]), times.at(-1)));
+  }
+
+  time(share) {
+    const [times, shares] = this.scale;
+    return interpolate(shares, times, share);
+  }
+}
+
+// The whole run behind the slider: the first run's displacement, the window, the events, and a line at the knee.
 function drawOverview(page) {
   const {g, w, h} = prepare(get("overview"));
-  const x = t => 7 + (w - 14) * (t - page.start) / (page.end - page.start || 1);
+  const x = t => 7 + (w - 14) * page.track.share(t), [, knee] = page.stretch;
   g.fillStyle = page.colour.of("back");
   g.fillRect(0, 4, w, h - 8);
   g.fillStyle = page.colour.of("faint");
@@ -94,9 +120,13 @@ function drawOverview(page) {
     });
     g.stroke();
   }
+  if (knee < page.end) {
+    g.fillStyle = page.colour.of("muted");
+    g.fillRect(x(knee) - 0.5, 0, 1, h);
+  }
   for (const event of page.events.listed) {
-    g.fillStyle = page.colour.of(event.peak ? "accent" : "ink");
-    g.fillRect(x(event.t) - 0.75, event.peak ? 0 : h - 9, 1.5, 9);
+    g.fillStyle = page.colour.of(isLargest(event) ? "accent" : "ink");
+    g.fillRect(x(event.t) - 0.75, isLargest(event) ? 0 : h - 9, 1.5, 9);
   }
   if (page.mark === null) return;
   g.fillStyle = page.colour.of("second");

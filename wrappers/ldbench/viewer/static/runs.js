@@ -8,7 +8,7 @@ function drawChoice(page) {
     const box = make("input", {type: "checkbox", checked: page.shown[k], onchange: () => {
       page.shown[k] = box.checked;
       if (!page.shown.includes(true)) page.shown[k] = true;
-      page.showRuns(page.window[0] > page.start || page.window[1] < page.end).then(() => page.write());
+      page.showRuns(!page.shows(...page.stretch) && !page.shows(page.start, page.end)).then(() => page.write());
     }});
     const look = {number: k}, name = run.name + (run.model && several ? `, ${run.model}` : "");
     return make("label", {}, box, swatch({colour: page.colour.run(look), dash: page.colour.dash(look), width: 2.2}),
@@ -43,11 +43,51 @@ function drawSummary({facts: {summary, note, runs}, address}) {
   const cell = ({text, run, t, with: others}) => make("td", {}, t === null ? text
     : make("a", {href: address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
   const heads = runs.slice(0, summary[0].cells.length).map(run =>
-    make("th", {}, make("a", {href: address.link(0, [run.name])}, run.name)));
+    make("th", {}, make("a", {href: address.link(null, [run.name])}, run.name)));
   const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
   get("summary").replaceChildren(make("details", {open: window.innerWidth > 860},
     make("summary", {}, "Summary; a number opens its moment"), make("p", {class: "small"}, note),
     make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "runs"), ...heads)), make("tbody", {}, ...body))));
+}
+
+const SQUEEZED = 10;            // times the length of the shortest run that a time axis has at most at first
+
+// The time that the axes show at first: the runs that end in it each take a tenth of it or more, which a long run would squeeze.
+function commonStretch(runs) {
+  const start = Math.min(...runs.map(run => run.start)), ends = runs.map(run => run.end);
+  const most = start + SQUEEZED * (Math.min(...ends) - start);
+  return [start, Math.max(...ends.filter(end => end <= most))];
+}
+
+// Say which runs go on behind the stretch that is shown, with a button for all of the time, and for the stretch again.
+function drawBeyond(page) {
+  const {runs, stretch: [start, end]} = page, longer = runs.filter(run => run.end > end);
+  get("beyond").hidden = !longer.length;
+  if (!longer.length) return;
+  const words = t => `${numberText(t, {digits: 3})} s`, first = `${start ? `${words(start)} to ` : "first "}${words(end)}`;
+  const names = longer.length > 3 ? `${longer.length} runs` : longer.map(run => run.name).join(", ");
+  const inside = page.shows(start, end), button = make("button", {type: "button", onclick: () => page.wholeRun()},
+                                                       inside ? `all ${words(page.end)}` : first);
+  drawAgain(get("beyond"), () => get("beyond").replaceChildren(
+    `${runs.length - longer.length} of ${runs.length} runs end in the ${first}; ${names} ${longer.length > 1 ? "go" : "goes"} on `
+      + `to ${words(page.end)}. `, button));
+}
+
+// Where and when the pressure is largest, with a button that goes there: of each of two runs, or of the run in which it is largest.
+function drawHardest(page) {
+  const known = page.runs.filter(run => run.hardest).sort((a, b) => b.hardest.p - a.hardest.p);
+  const found = page.runs.length > 2 ? known.slice(0, 1) : known;
+  get("hardest").hidden = !found.length;
+  get("hardest").replaceChildren(...found.map(run => {
+    const {t, p, what, y, z} = run.hardest, mm = x => numberText(1e3 * x, {decimals: 3});
+    const words = `largest pressure${page.runs.length > 2 ? " of the runs" : ""}: ${page.runs.length > 1 ? `${run.name}, ` : ""}`
+      + `${pressureText(p)}, ${what}, at ${timeWords(t)} s, y ${mm(y)} mm, z ${mm(z)} mm`;
+    return make("span", {}, `${words} `, make("button", {type: "button", "aria-label": `go to the largest pressure of ${run.name}`,
+      onclick: () => {
+        page.pause();
+        page.go(run.rowTime(t + run.shift));
+      }}, "go there"));
+  }));
 }
 
 // How much later each run is shown, so that the first flange contacts of all runs come together.

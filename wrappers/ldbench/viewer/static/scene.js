@@ -30,7 +30,10 @@ class Scene {
     this.moved = false;         // whether it is no longer the view of this name
   }
 
-  resize() { Object.assign(this, prepare(this.canvas)); }
+  resize() {
+    Object.assign(this, prepare(this.canvas));
+    this.onScreen = this.g;
+  }
 
   // [px/m]
   get scale() { return Math.min(this.w / this.camera.width, this.h / this.camera.height); }
@@ -92,7 +95,7 @@ class Scene {
   draw(runs, shapes, at, smoothly = false) {
     const {g} = this;
     this.readSettings();
-    g.clearRect(0, 0, this.w, this.h);
+    if (g === this.onScreen) g.clearRect(0, 0, this.w, this.h);
     g.lineJoin = "round";
     g.font = "12px system-ui, sans-serif";
     const first = runs[0];
@@ -114,8 +117,12 @@ class Scene {
     for (let k = runs.length - 1; k >= 0; k--) words = this.drawContacts(runs[k], poses[k], at, largest, !k);
     this.drawScales(largest);
     this.drawBadge();
-    for (const [text, x, y, up] of words) this.labels.write(text, x, y, this.colour.of("ink"), up);
+    for (const [name, text, x, y, up] of words) {
+      naming(g, name);
+      this.labels.write(text, x, y, this.colour.of("ink"), up);
+    }
     if (first.shape !== null) this.drawGaps(shapes[first.shape], first, poses[0], at);
+    naming(g);
   }
 
   path(points) {
@@ -127,6 +134,7 @@ class Scene {
 
   // Draw the top of the rails and the centreline.
   drawGrid() {
+    naming(this.g, {what: "top of rails and centreline"});
     const {g} = this, [centre, zero] = this.px(0, 0);
     g.strokeStyle = this.colour.of("faint");
     g.lineWidth = 1;
@@ -137,6 +145,7 @@ class Scene {
 
   drawRails(shape, outline = "") {
     const {g} = this;
+    naming(g, {what: "rails"});
     for (const [{rail}, side] of sidesOf(shape)) {
       const head = rail.map(([y, z]) => [side * y, z]);
       const a = head[0], b = head.at(-1), low = Math.min(a[1], b[1]) - FOOT;
@@ -152,6 +161,7 @@ class Scene {
   }
 
   drawWheelset(shape, run, pose, filled) {
+    naming(this.g, {what: "wheelset", run: run.name, column: "Y Z roll"});
     const {g} = this, a = -shape.right.half, b = shape.left.half;
     const bodies = sidesOf(shape).map(([{wheel}, side]) =>
       [...wheel, ...[...wheel].reverse().map(([u, v]) => [u, -v])].map(([u, v]) => [side * u, v]));
@@ -203,6 +213,7 @@ class Scene {
       if (!found || found.gap < -DEEPEST) continue;
       const [x1, y1] = this.px(...this.placed(run, pose, found.point)), [x2, y2] = this.px(side * found.foot[0], found.foot[1]);
       if (x1 < -50 || x1 > this.w + 50) continue;
+      naming(g, {what: found.gap < 0 ? "approach" : "gap", run: run.name, side: side > 0 ? "L" : "R", unit: "mm", factor: 1e3});
       g.strokeStyle = g.fillStyle = this.colour.of("muted");
       g.lineWidth = 1;
       const far = Math.hypot(x2 - x1, y2 - y1) || 1, [a, b] = [4 * (y2 - y1) / far, 4 * (x2 - x1) / far];
@@ -225,10 +236,12 @@ class Scene {
       const [x, y] = this.px(...this.placed(run, pose, [contact.u, contact.v]));
       const colour = first ? this.colour.of(c) : this.colour.run(run);
       const side = c[0] === "L" ? 1 : -1;
+      const named = what => naming(g, {what, run: run.name, contact: c, side: c[0], unit: "kN", factor: 1e-3});
       const angle = contact.angle * side + (this.settings.roll - 1) * pose.roll;
       const nx = Math.sin(angle), ny = -Math.cos(angle);      // on the screen, from the rail into the wheel
       g.strokeStyle = g.fillStyle = colour;
       if (this.settings.normals) {
+        named("normal");
         g.lineWidth = 1;
         g.setLineDash([5, 4]);
         strokes(g, [x - 40 * nx, y - 40 * ny, x + 130 * nx, y + 130 * ny]);
@@ -236,7 +249,9 @@ class Scene {
       }
       // A rail that pulls has its arrow turned round.
       const length = this.arrowLength(Math.abs(contact.N), largest), way = Math.sign(contact.N), [ax, ay] = [way * nx, way * ny];
+      named("force");
       this.arrow(x, y, ax, ay, length, first ? 3 : 2);
+      named("contact");
       g.beginPath();
       g.arc(x, y, 3.5, 0, 2 * Math.PI);
       g.fill();
@@ -246,7 +261,8 @@ class Scene {
       this.labels.keepArrow(x, y, ax, ay, length);
       const inside = x > 0 && x < this.w && y > 0 && y < this.h, beyond = length + 14;
       if (inside && first)
-        found.push([`${c} ${forceWords(run, c, at)}`, x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
+        found.push([{what: "force in words", run: run.name, contact: c}, `${c} ${forceWords(run, c, at)}`,
+                    x + beyond * ax, y + beyond * ay, ay < 0 ? -1 : 1]);
     }
     return found;
   }
@@ -269,6 +285,7 @@ class Scene {
     const {displacement, roll, gap} = this.settings, {g} = this;
     const found = [displacement !== 1 && `displacement × ${displacement}`, roll !== 1 && `roll × ${roll}`,
                    gap !== 1 && `small gaps × ${gap}`].filter(Boolean);
+    naming(g, {what: "badge"});
     this.badge = found.length ? `not to scale: ${found.join(", ")}` : "";
     if (!this.badge) return;
     const half = g.measureText(this.badge).width / 2 + 8, x = this.w / 2;
@@ -283,6 +300,7 @@ class Scene {
   // Draw the names of the sides and the scales of length and force.
   drawScales(largest) {
     const {g} = this, y = this.h - 12;
+    naming(g, {what: "scales"});
     const {labels} = this;
     labels.words("← left, Y", 12, 18);
     labels.words("right →", this.w - 12, 18, "right");
