@@ -245,7 +245,8 @@ def test_width_of_a_picture(width: str, runs: int, world: World, tmp_path: Path)
         elif ending == "svg":
             found = float(re.search(r'width="([\d.]+)pt"', target.read_text())[1])/72
         else:
-            found = Image.open(target).width/(300 if unit == "mm" else 96)
+            with Image.open(target) as picture:
+                found = picture.width/(300 if unit == "mm" else 96)
         assert found == pytest.approx(inches, abs=0.01), ending
     with ldbench_style():
         figure = Picture([world.run(name) for name in ("ex2_aw", "ex3_aw")[:runs]], 0.0, 0.1, None, None, inches).still_figure(0.02)
