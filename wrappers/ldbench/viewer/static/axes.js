@@ -107,10 +107,12 @@ function drawAxes(g, colour, box, scale, unit, [low, high], x, horizontalUnit, w
     g.fillText(text, centre, bottom + 11);
     taken = centre - half - 8;
   }
+  // The words stand around the middle of the axis and may go up to the ends of the chart.
+  const middle = (top + bottom) / 2, room = 2 * Math.min(middle, bottom + MARGIN.bottom - middle);
   g.save();
-  g.translate(8, (top + bottom) / 2);
+  g.translate(8, middle);
   g.rotate(-Math.PI / 2);
-  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : axisWords(g, words, shown, bottom + MARGIN.bottom), 0, 0);
+  g.fillText(scale.log ? `|${unit || "1"}|, logarithmic` : axisWords(g, words, shown, room), 0, 0);
   g.restore();
   if (across) g.fillText(axisWords(g, across, horizontalUnit, right - left), (left + right) / 2, bottom + 11 + MARGIN.words);
   g.strokeStyle = colour.of("muted");
