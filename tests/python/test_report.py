@@ -14,7 +14,7 @@ import pytest
 from pypdf import PdfReader
 
 from invented import COARSE, altered
-from ldbench import Case, Error, _core, run
+from ldbench import Case, Error, Warning, _core, run
 from ldbench._core.kept import is_up_to_date, program_digest, write_stamp
 from ldbench.report import abstract, formulations, submission
 from ldbench.report.jobs import case_job, run_stale
@@ -53,7 +53,8 @@ def remake() -> set[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(submission, "drawing", lambda *given: nullcontext(lambda target: target.write_text("plots")))
         patch.setattr(abstract, "make_abstract", lambda runs, target, *rest: target.write_text("abstract"))
-        make_report(Path("inputs"), Path("outputs"), jobs=2)
+        with pytest.warns(Warning, match=r"names no authors; expected them in authors\.toml or in "):
+            make_report(Path("inputs"), Path("outputs"), jobs=2)
     return {file.name for file in Path("outputs").rglob("*") if file.is_file() and file.suffix not in (".stamp", ".table")
             and file.stat().st_mtime != LONG_AGO}
 

@@ -15,6 +15,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from .._core.calls import Progress, version
+from .._core.errors import warn
 from .._core.files import make_results_folder, write_frame
 from .._core.kept import hashes, is_up_to_date, kept_in, kept_json, stamped, write_stamp
 from .._core.optional import needed
@@ -53,14 +54,14 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
     cases = [case_job(case, outputs) for case in find_cases(inputs)]
     sources_of_authors = Path(abstract.AUTHORS), outputs/abstract.SUBMISSION
     signed = abstract.read_authors(sources_of_authors[0]) or abstract.described_authors(sources_of_authors[1])
+    if not signed:
+        warn(f"the abstract names no authors; expected them in {' or in '.join(map(str, sources_of_authors))}")
     make_results_folder(outputs)
     with tqdm(total=3*len(cases) + 7, desc="report", disable=None) as bar:
         def tell(job: Job, ran: bool) -> None:
             bar.update()
             bar.write(f"{job.name}: {'done' if ran else 'up to date'}")
 
-        if not signed:
-            bar.write(f"warning: the abstract names no authors; expected them in {' or in '.join(map(str, sources_of_authors))}")
         run_stale(cases, jobs, force, tell)
         files = [job.product for job in cases]
         submitted = cache(lambda: [read_data(file) for file in files])
