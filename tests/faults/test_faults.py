@@ -160,6 +160,8 @@ def test_a_report_stops_its_runs(tmp_path):
         ldbench.Case.exercise(3, pair).replace(
             model="hertz", table_folder="tables", vY=0.0, roll_rate=0.0, t_end=1e5, dt=1e-5, stop_at="t_end",
             interval=0.1, rows="interval").to_namelist(tmp_path/f"inputs/ex3_{pair}.nml")
+    (tmp_path/"out").mkdir()
+    (tmp_path/"out/submission.toml").write_text('authors = ["A. Author"]\n')
     process = subprocess.Popen([sys.executable, "-m", "ldbench", "report", "--inputs", "inputs", "-o", "out", "-j", "2"],
                                cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     for number in 1, 2:

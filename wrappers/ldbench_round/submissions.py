@@ -15,11 +15,11 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from ldbench import Error
+from ldbench.constants import DESCRIPTION
 from ldbench.results.columns import read_toml
 
 from .tasks import ENDINGS, TASKS, Task, task_of
 
-DESCRIPTION = "submission.toml"
 LONGEST_DESCRIPTION = 1_000_000     # of a description or a map [bytes]
 LONGEST_NAME = 40                   # of a code [characters]
 LONGEST_FACT = 200                  # [characters]

@@ -18,12 +18,12 @@ from typing import Any
 from pypdf import PdfReader
 
 from ldbench import Error
+from ldbench.constants import DESCRIPTION
 from ldbench.tools import complete, digest
 
 from .check import check_file
 from .findings import FAILED
 from .submissions import (
-    DESCRIPTION,
     MAP,
     complaint,
     find_files,

@@ -82,7 +82,8 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
     left.legend(loc="upper right", fontsize=6.5)
     right.set(xscale="log", yscale="log", xlabel="lateral velocity [m/s]", ylabel="first peak [kN]")
     right.margins(0.08)
-    right.legend(loc="lower right", fontsize=6.5)
+    right.set_ylim(top=8*right.get_ylim()[1])       # room for the legend above the points
+    right.legend(loc="upper left", fontsize=6.5)
     for axis in (left.yaxis, right.yaxis, right.xaxis):
         plain_numbers(axis)
     return figure
@@ -139,7 +140,7 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
         return None
     chosen = [run for run in runs if run.exercise == shown.exercise and first_contact(run, "LF")][:2]
     placed = [(run, outlines) for run in chosen if (outlines := placed_outlines(run))]
-    figure = Figure(figsize=(6.0, 1.75), layout="constrained")
+    figure = Figure(figsize=(6.6, 1.75), layout="constrained")
     *sections, energies = figure.subplots(1, len(placed) + 1, squeeze=False)[0]
     for ax, (run, outlines) in zip(sections, placed, strict=True):
         draw_detail(ax, run, outlines, instants(run)[0][1], right=False)
@@ -150,7 +151,7 @@ def contact_figure(runs: Sequence[RunData]) -> Figure | None:
         drawn, = energies.plot(window.of(shown.time[rows]), curve.values(shown)[rows], label=curve.label, **curve.line.kwargs())
         shows(drawn, f"{curve.name} [J]", window.clock, of=shown.name)
     energies.set(xlim=window.of(np.array([window.start, window.end])), xlabel=window.axis)
-    energies.legend(loc="upper right", fontsize=6, handlelength=1.6)
+    energies.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=6, handlelength=1.6)
     energies.set_title(f"energies, {shown.pair} [J]", loc="left", fontsize=6.2)
     energies.tick_params(labelsize=6)
     return figure

@@ -23,14 +23,14 @@ from ..results.quantities import OUTCOME
 from ..results.run_data import RETURNED, RunData
 from ..results.summary import CHAOTIC_NOTE, Shown, shown, summary_row
 from ..results.twins import Chaotic
+from ..trust import Trust
 from . import formulations
 
 TEMPLATE = Path(__file__).resolve().parent/"template"/"abstract.typ"
 SPREAD = TEMPLATE.parent/"spread.json"       # how far the answers move with the unknown profiles [%], as `make validate` has it
 
-AUTHORS = "authors.toml"                    # in the working directory
-SUBMISSION = "submission.toml"              # in the folder of the report, of what is sent
-KEYS = "name", "affiliation"                # of an author
+# Answers that are told with wheel and rail as bodies, by their names in `quantities.OUTCOME`.
+BODIES = "first_peak_N_LF", "first_duration_LF", "first_impulse_LF", "t_first_RF", "t_return", "F_limit_left"
 TIMES = {1: "once", 2: "twice"}
 
 FIGURES = {"motion": motion_figure, "impact": impact_figure, "derailment": derailment_figure, "contact": contact_figure}
@@ -54,9 +54,11 @@ def worst_errors(runs: Sequence[RunData], place: str) -> str:
 
 
 def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[formulations.Outcome] = (),
-                  chaotic: Chaotic | None = None, authors: Sequence[Mapping[str, str]] = ()) -> None:
+                  chaotic: Chaotic | None = None, authors: Sequence[Mapping[str, str]] = (),
+                  trusted: Sequence[Trust] = ()) -> None:
     """Typeset the abstract of the ten runs, with a comparison of formulations if `outcomes` are given.
-    `chaotic`: the results of each run that have a range; `authors`: name and affiliation of each."""
+    `chaotic`: the results of each run that have a range; `authors`: name and affiliation of each;
+    `trusted`: how far the answers are to be trusted, for what the elasticity of the bodies changes."""
     typst = needed("typst", "report")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -64,6 +66,7 @@ def make_abstract(runs: Sequence[RunData], target: Path, outcomes: Sequence[form
             shutil.copyfile(file, folder/file.name)     # without the mode: an installation may be read-only
         data = facts(runs, chaotic or {})
         data["authors"] = list(authors)
+        data["bodies"] = bodies_facts(trusted)
         data["formulations"] = formulations.words(outcomes) if outcomes else None
         with ldbench_style():
             drawn = [(name, figure) for name, draw in FIGURES.items() if (figure := draw(runs)) is not None]
@@ -184,36 +187,41 @@ def ramp_facts(run: RunData, row: Mapping[str, Any], chaotic: Chaotic) -> dict[s
 
 
 def read_authors(file: Path) -> list[dict[str, str]]:
-    """Name and affiliation of every author; none where the file does not exist.
-
-        [[author]]
-        name = "A. Author"
-        affiliation = "Institute, Town"     # may be left out
-    """
-    if not file.exists():
-        return []
-    told = read_toml(file)
-    authors = told.get("author", [])
-    if strange := [key for key in told if key != "author"]:
-        raise Error(file=file, place=strange[0], expected="tables [[author]] alone", found="another name",
-                    advice=". Remove it")
-    if not isinstance(authors, list) or not all(isinstance(author, dict) for author in authors):
-        kind = type(authors).__name__
-        raise Error(file=file, place="author", expected="tables [[author]]", found=kind,
-                    advice=". Write the name in double brackets")
-    for author in authors:
-        for key, value in author.items():
-            if key not in KEYS or not isinstance(value, str) or not value.strip():
-                raise Error(file=file, place=f"author, {key}", expected=f"a text for {' or '.join(KEYS)}", found=f"{value!r}",
-                            advice=". Correct the file")
-        if "name" not in author:
-            raise Error(file=file, place="author", expected="a name", found="none", advice=". Add name = \"...\"")
-    return [{key: str(author.get(key, "")).strip() for key in KEYS} for author in authors]
-
-
-def described_authors(file: Path) -> list[dict[str, str]]:
-    """The authors and their organisation of the description of what is sent, which `submit` checks; none where it names none."""
+    """Name and affiliation of every author, as the description of what is sent has them for `submit`; none where it names none."""
     told = read_toml(file) if file.exists() else {}
-    authors, organisation = told.get("authors"), told.get("organisation", "")
-    return [dict(zip(KEYS, (str(author).strip(), str(organisation).strip()), strict=True))
-            for author in authors] if isinstance(authors, list) else []
+    authors, organisation = told.get("authors", []), told.get("organisation", "")
+    if not isinstance(authors, list) or not all(isinstance(author, str) and author.strip() for author in authors):
+        raise Error(file=file, place="authors", expected='names as ["A. Author", "B. Author"]', found=repr(authors))
+    if not isinstance(organisation, str):
+        raise Error(file=file, place="organisation", expected='a text as "Institute, Town"', found=repr(organisation))
+    return [{"name": author.strip(), "affiliation": organisation.strip()} for author in authors]
+
+
+def bodies_facts(trusted: Sequence[Trust]) -> dict[str, Any] | None:
+    """By how much the answers change with wheel and rail as bodies in the place of half-spaces: the least and the largest change
+    in %, a row for each answer and a column for each run; and over all runs. None where no run has bodies."""
+    known = {one.case: found for one in trusted
+             if (found := {name: change for name in BODIES if (change := change_by_bodies(one, name))})}
+    if not known:
+        return None
+    rows = {name: [found.get(name) for found in known.values()] for name in BODIES}
+    return {
+        "names": list(known),
+        "rows": [[OUTCOME[name].short or OUTCOME[name].words, *(change_words(*found) if found else UNKNOWN for found in row)]
+                 for name, row in rows.items() if not name.startswith("F_limit")],       # the same in all runs of a pair
+        "over_all": {name: change_words(min(low for low, _ in found), max(high for _, high in found))
+                     for name, row in rows.items() if (found := [one for one in row if one])}}
+
+
+def change_by_bodies(one: Trust, name: str) -> tuple[float, float] | None:
+    """The least and the largest relative change of an answer; None where it does not happen, or where the twins do not share it."""
+    found, answer = one.range_of("bodies", name), one.answers.get(name)
+    if not found or not answer or not answer.value or answer.chaotic:
+        return None
+    low, high = (x/answer.value - 1 for x in found)
+    return low, high
+
+
+def change_words(low: float, high: float) -> str:
+    """A range of relative changes in %."""
+    return " to ".join(dict.fromkeys(percent_text(x, sign=True).removesuffix(" %") for x in (low, high)))

@@ -22,6 +22,7 @@ from .._core.optional import needed
 from .._core.pools import in_threads
 from .._core.wording import counted
 from ..case import Case
+from ..constants import DESCRIPTION
 from ..plots.document import Document, drawing, extra_chapters, general_chapters, run_chapters, summary_chapter
 from ..plots.energies import is_ramp
 from ..plots.figures import by_pair
@@ -52,10 +53,10 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
     """Make what is not up to date; the files of the submission."""
     needed("typst", "report")        # before the work, not after it
     cases = [case_job(case, outputs) for case in find_cases(inputs)]
-    sources_of_authors = Path(abstract.AUTHORS), outputs/abstract.SUBMISSION
-    signed = abstract.read_authors(sources_of_authors[0]) or abstract.described_authors(sources_of_authors[1])
+    description = outputs/DESCRIPTION
+    signed = abstract.read_authors(description)
     if not signed:
-        warn(f"the abstract names no authors; expected them in {' or in '.join(map(str, sources_of_authors))}")
+        warn(f"{description}: the abstract names no authors; expected 'authors = [...]', as `submit --template` writes it")
     make_results_folder(outputs)
     with tqdm(total=3*len(cases) + 7, desc="report", disable=None) as bar:
         def tell(job: Job, ran: bool) -> None:
@@ -74,7 +75,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         variants = results.find_variants(files)
         sources = {
             plotted: [*files, *sampled], more: [*files, compared, kept_file(outputs)], summary: [*files, *sampled],
-            written: [*files, *sampled, compared, *sources_of_authors], shown: [*files, *sampled, *variants, kept_file(outputs)]}
+            written: [*files, *sampled, compared, kept_file(outputs), description], shown: [*files, *sampled, *variants, kept_file(outputs)]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
@@ -89,7 +90,7 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         work: dict[Path, Callable[[], object]] = {
             summary: lambda: write_summary(runs, summary, twins),
             shown: lambda: results.results_page(runs, variants, chaotic, bodies).write(shown),
-            written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed),
+            written: lambda: abstract.make_abstract(runs, written, found, chaotic, signed, trusted),
             plotted: lambda: None, more: lambda: None}
         with ExitStack() as stack:
             # Pages are drawn in other processes while the rest is made here.

@@ -136,7 +136,8 @@ class Trust:
 
     def range_of(self, kind: str, name: str) -> tuple[float, float] | None:
         """The least and the largest value of an answer, SI, in the variations of a kind; None where it does not happen in any."""
-        own = finite([x for (of, _), x in zip(self.variations, self.values[name][1:], strict=True) if of == kind])
+        own = finite([x for (of, _), x in zip(self.variations, self.values[name][1:], strict=True) if of == kind]
+                     if name in self.values else [])
         return (min(own), max(own)) if own else None
 
     def shown(self, everything: bool = False) -> list[Answer]:
