@@ -457,7 +457,7 @@ ABSTRACT = [
     Line(r"the limit is (\S+) kN", "static limit [kN]", lambda w: KN*w.pushed.setting("F_limit_left")),
     Line(r"derail at (\S+) \(\S+ to \S+\) kN after (\S+) \(\S+ to \S+\) s", "derailment: force [kN], time [s], medians",
          lambda w: (KN*w.pushed.c["F_ext"][-1], w.pushed.t[-1]), 0.05),
-    Line(r"𝐸 = (\d+) GPa and 𝜈 = (\S+?)\. The strips", "modulus [GPa], Poisson's ratio",
+    Line(r"𝐸 = (\d+) GPa and 𝜈 = (\S+?)\. Non-Hertzian", "modulus [GPa], Poisson's ratio",
          lambda w: (1e-9*w.thrown.setting("youngs_modulus"), w.thrown.setting("poisson"))),
     Line(r"penetrations of up to (\S+) mm", "depth of the table [mm]", lambda w: MM*w.thrown.setting("depth")),
     Line(r"a cant of (\d):(\d+),", "taper and cant, of the call", lambda w: (1, 40)),
@@ -491,6 +491,6 @@ ABSTRACT_LABELS = [
     r"(?<=[.\d] )\d (?=The program|Contact geometry|Normal force|Integrator|Results|Limits)", r"References \[1\].*$",
     r"(?:(?<= )[-−]?\d[\d.]* ){3,}", r"\d{15,} y \[mm\](?: [-−\d]+)+", r"0\.1 1 lateral velocity \[m/s\] 1000 10000",
     r"10 100 1000(?=N of)",
-    r"= 1 2[∬∫]", r"𝑘 = 3 4", r"\(1−𝜈2\)", r"𝑈 = 2 5", r"≥0", r"𝛽 =0", r"𝑀−1", r"𝑖=1,…,6", r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
+    r"= 1 2 ?[∬∫]", r"𝑘 = 3 4", r"\(1 ?− ?𝜈2\)", r"𝑈 = 2 5", r"≥ ?0", r"𝛽 = ?0", r"𝑀−1", r"𝑖 ?= ?1,…,6", r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
     r"of 8 twins|up to 3 µm|than 0\.1 %", r"\(\S+ to \S+\)(?: kN| s| GPa)?", r"about 1\.6 times", r"tables have [\d× +]+points",
     r"\(APTA 140M and 240\).*?exercise 5 by up to \S+ %"]          # test_docs: spread.json has what the check measured

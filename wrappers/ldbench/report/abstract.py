@@ -21,7 +21,7 @@ from ..plots.style import ldbench_style
 from ..results.columns import read_toml
 from ..results.quantities import OUTCOME
 from ..results.run_data import RETURNED, RunData
-from ..results.summary import CHAOTIC_NOTE, Shown, shown, summary_row
+from ..results.summary import CHAOTIC_NOTE, shown, summary_row
 from ..results.twins import Chaotic
 from ..trust import Trust
 from . import formulations
@@ -92,7 +92,7 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
     return {
         "version": first.header.version,
         "names": [run.name for run in runs],
-        "table": [[OUTCOME[key].brief, *(cell(row, key, chaotic, digits) for row in rows.values())]
+        "table": [[OUTCOME[key].brief, *(shown(row, key, chaotic, digits)._asdict() for row in rows.values())]
                   for key, digits in TABLE.items()],
         "chaotic": CHAOTIC_NOTE if any(key in TABLE for found in chaotic.values() for key in found) else "",
         "costs": costs(runs),
@@ -124,13 +124,6 @@ def facts(runs: Sequence[RunData], chaotic: Chaotic) -> dict[str, Any]:
         "ramps": [ramp_facts(run, rows[run], chaotic) for run in ramps],
         "pressure": pressure_facts(list(rows.values()), chaotic),
     }
-
-
-def cell(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None) -> dict[str, str]:
-    """A result in the table. The farthest places of a wheelset that derails are those where the run ends, and tell nothing."""
-    if key.startswith("farthest_") and row["t_derailment"] is not None:
-        return Shown(UNKNOWN, "", UNKNOWN)._asdict()
-    return shown(row, key, chaotic, digits)._asdict()
 
 
 def listed(runs: Sequence[RunData], name: str) -> str:

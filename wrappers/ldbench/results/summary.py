@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ..constants import CONTACTS
+from ..number_text import UNKNOWN
 from .answers import answers
 from .quantities import OUTCOME, Quantity
 from .run_data import RunData
@@ -18,6 +19,8 @@ SUMMARY = (
         "first_peak_N", "first_duration", "first_impulse", "pmax", "patch", "approach")), "pmax",
     "n_left_flange_contact", "n_right_flange_contact", "n_left_wheel_lift_off", "n_right_wheel_lift_off",
     "drift", "drift_relative", "step", "t")
+# The extreme poses, which tell nothing of a wheelset that derails: they are where the run ends.
+EXTREMES = "farthest_left", "farthest_right", "farthest_up", "farthest_down", "largest_roll", "smallest_roll"
 IDENTITY = "case", "exercise", "profiles", "model"      # of a row, which tell its run
 
 CHAOTIC_NOTE = (
@@ -34,8 +37,11 @@ class Shown(NamedTuple):
 
 
 def shown(row: Mapping[str, Any], key: str, chaotic: Chaotic, digits: int | None = None, known: Quantity | None = None) -> Shown:
-    """A result of a row as every table shows it, with the range of a chaotic one. known: digits and unit where they are others."""
+    """A result of a row as every table shows it, with the range of a chaotic one; a dash for what did not happen, and for the
+    extreme poses of a run that derails. known: digits and unit where they are others."""
     known, spread = known or OUTCOME[key], chaotic.get(str(row["case"]), {}).get(key)
+    if key in EXTREMES and row["t_derailment"] is not None:
+        return Shown(UNKNOWN, "", UNKNOWN)
     if spread:
         return ranged(known, spread, digits)
     text = known.text(row.get(key), digits)
