@@ -40,8 +40,11 @@ function namelist(run) {
 function drawSummary({facts: {summary, note, runs}, address}) {
   get("summary").hidden = !summary.length;
   if (!summary.length) return;
-  const cell = ({text, run, t, with: others}) => make("td", {}, t === null ? text
-    : make("a", {href: address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
+  const cell = ({text: line, run, t, with: others}) => {
+    const text = line.replace(" (", "\n(");         // a range stands below its number
+    return make("td", {}, t === null ? text
+      : make("a", {href: address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
+  };
   const heads = runs.slice(0, summary[0].cells.length).map(run =>
     make("th", {}, make("a", {href: address.link(null, [run.name])}, run.name)));
   const body = summary.map(row => make("tr", {}, make("th", {scope: "row"}, row.words), ...row.cells.map(cell)));
