@@ -64,13 +64,16 @@ function write(context, {calls}) {
   return calls.map(([name, x, options]) => vm.runInContext(name, context)(x === null ? null : Number(x), options));
 }
 
+// What lists of words have in common, for an axis.
+function common(context, {lists}) { return lists.map(vm.runInContext("commonWords", context)); }
+
 // The names of the contacts.
 function contacts(context) { return vm.runInContext("CONTACTS", context); }
 
 async function main() {
   const question = JSON.parse(fs.readFileSync(0, "utf8")), context = sandbox();
   load(context, question.scripts);
-  process.stdout.write(JSON.stringify(await {contacts, follow, link, read, say, write}[question.task](context, question)));
+  process.stdout.write(JSON.stringify(await {common, contacts, follow, link, read, say, write}[question.task](context, question)));
 }
 
 main();

@@ -70,6 +70,14 @@ def test_numbers_are_written_as_python_writes_them():
     assert len(set(expected)) > 3000
 
 
+def test_words_that_lines_of_an_axis_share():
+    shared = {("normal force, left tread", "normal force, right flange"): "normal force",
+              ("kinetic energy, roll", "elastic energy, left wheel", "potential energy, gravity"): "energy",
+              ("normal force, left tread", "roll Φ"): "", ("energy drift",): "energy drift", (): "",
+              ("normal force, left tread", "normal force, left tread"): "normal force, left tread"}
+    assert ask("common", ("axes.js",), lists=[list(words) for words in shared]) == list(shared.values())
+
+
 def test_contacts_are_those_of_the_columns():
     assert tuple(ask("contacts", SCRIPTS)) == CONTACTS
 

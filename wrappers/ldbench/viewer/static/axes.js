@@ -63,12 +63,19 @@ function shortUnit(unit, {low, high}) {
   return unit !== "J" || largest >= 1e-3 ? [1, unit] : largest >= 1e-6 ? [1e6, "µJ"] : [1e9, "nJ"];
 }
 
-// The words that all of some begin with, up to a comma: of "normal force, left tread" and "normal force, right tread" the force.
-function commonWords(all) {
-  const parts = all.map(words => words.split(", ")), [first = []] = parts;
+// What all of some lists begin with.
+function commonStart(lists) {
+  const [first = []] = lists;
   let count = 0;
-  while (count < first.length && parts.every(words => words[count] === first[count])) count++;
-  return first.slice(0, count).join(", ");
+  while (count < first.length && lists.every(list => list[count] === first[count])) count++;
+  return first.slice(0, count);
+}
+
+// The words that all of some begin with, up to a comma: of "normal force, left tread" and "normal force, right tread" the force. Where
+// they begin otherwise, the last words in front of the commas: of "kinetic energy, roll" and "elastic energy, left wheel" the energy.
+function commonWords(all) {
+  const parts = all.map(words => words.split(", ")), start = commonStart(parts).join(", ");
+  return start || commonStart(parts.map(([what]) => what.split(" ").reverse())).reverse().join(" ");
 }
 
 // Words and unit at an axis; the unit alone where there is no room for both.
