@@ -71,6 +71,23 @@ def check_curve(found: list[Part], look: Look, t: np.ndarray, x: np.ndarray, wha
         assert end(drawn[:, 1]) == pytest.approx(end(expected[:, 1]), abs=2*PIXEL), what
 
 
+def check_events(found: list[Part], raws: dict[str, Raw]) -> None:
+    """A line stands at each event that a file lists, and no line elsewhere but where rows show that a contact closes or opens, and
+    where its force, or the pressure, is largest."""
+    scales = axes(found)
+    drawn = np.sort([scales.x[0]*np.nanmean(part.points[:, 0]) + scales.x[1] for part in found if part.what == "events"])
+    listed = [t for raw in raws.values() for t, *_ in raw.events]
+    in_rows = [raw.t[1:][np.diff(raw.c[f"N_{contact}"] > 0)] for raw in raws.values() for contact in CONTACTS.values()]
+    largest = [raw.peak(contact)[1] for raw in raws.values() for contact in CONTACTS.values()]
+    largest += [raw.result("t_pmax") for raw in raws.values()]
+    allowed, off = np.concatenate([listed, largest, *in_rows]), PIXEL*scales.x[0]
+
+    def apart(times: np.ndarray, places: np.ndarray) -> np.ndarray:
+        return np.abs(np.subtract.outer(times, places)).min(axis=1)
+
+    assert len(drawn) and apart(np.array(listed), drawn).max() < off and apart(drawn, allowed).max() < off
+
+
 def check_chart(browser: Browser, k: int, raws: dict[str, Raw], difference: bool = False) -> set[str]:
     """Compare a chart over time with the rows; the columns that it shows. Its legend on the screen has the same looks."""
     found = parts(chart_picture(browser, k))
@@ -95,6 +112,7 @@ def check_chart(browser: Browser, k: int, raws: dict[str, Raw], difference: bool
         x = raw.c[column] if not difference else np.interp(first.t, raw.t, raw.c[column], right=np.nan) - first.c[column]
         check_curve(found, look, (first if difference else raw).t, scale*x, words)
         seen.add(column)
+    check_events(found, raws)
     looks = set(legend.values())
     assert {look_of(part) for part in found if part.what in ("column", "difference") and part.width} <= looks
     assert len(looks) == len(legend) or len(legend) > 8
