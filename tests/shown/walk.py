@@ -19,7 +19,7 @@ from table import COLOURS, WORDS
 
 Compare = Callable[[Any, Axes, Any], None]      # of a source of numbers, the axes and an artist
 Says = Callable[[str, Shown, Any], bool]        # whether a label fits what an artist shows of a source
-UNITLESS = "decoration", "legend", "arrow", "outline", "point", "mark"      # what has no unit, or that of the other axis
+UNITLESS = "decoration", "legend", "arrow", "outline", "point", "mark", "shade"      # what has no unit, or that of the other axis
 
 
 def walk(figure: Figure, compared: Mapping[str, Compare], source: Any, others: Mapping[str, Any] | None = None,
@@ -75,6 +75,7 @@ def check_legends(figure: Figure) -> None:
         entries = {text.get_text(): look(handle) for handle, text in zip(legend.legend_handles, legend.texts, strict=True)}
         assert len(set(entries.values())) == len(entries), "two entries look alike"
         for words, seen in entries.items():
+            assert not words.startswith("_"), "an entry without words"
             looks = {look(one) for one in own if label_of(one) == words}
             assert looks == {seen}, (words, looks, seen)
     for ax, one in artists(figure):
@@ -87,7 +88,8 @@ def check_legends(figure: Figure) -> None:
                 expected = COLOURS[own.pop() if len(own) == 1 else side or {"L": "left", "R": "right"}[own.pop()[0]]]
                 assert to_rgba(colour)[:3] == to_rgba(expected)[:3], shown(one)
         if shown(one).how in ("range", "mean"):
-            curve = next(line for line in ax.lines if shown(line).how == "rows" and shown(line).y == shown(one).y)
+            curve = next(line for line in ax.lines if shown(line).how == "rows" and
+                         (shown(line).y, shown(line).of) == (shown(one).y, shown(one).of))
             colour = one.get_color() if isinstance(one, Line2D) else one.get_facecolor()[0]
             assert to_rgba(colour)[:3] == to_rgba(curve.get_color())[:3], shown(one)
 
