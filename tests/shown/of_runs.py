@@ -21,8 +21,8 @@ from raw import PAIR, Raw, flange_slope
 from table import COLUMNS, KN, MM, WORDS, fits_contact, pictured
 from walk import Says, walk
 
-FACTORS = {"": 1.0, "m/s": 1.0, "m/s²": 1.0, "rad/s²": 1.0, "J": 1.0, "s": 1.0, "mm": MM, "mrad": 1e3, "mrad/s": 1e3, "kN": KN,
-           "°": 180/np.pi, "kN·s": KN, "ms": 1e3}
+FACTORS = {"": 1.0, "m/s": 1.0, "m/s²": 1.0, "rad/s²": 1.0, "J": 1.0, "N·m": 1.0, "s": 1.0, "mm": MM, "mrad": 1e3,
+           "mrad/s": 1e3, "kN": KN, "°": 180/np.pi, "kN·s": KN, "ms": 1e3}
 UNITS = {column: unit for column, unit, _ in COLUMNS.values()} | {"impulse_LF": "kN·s"}
 EVENTS = {"left flange": "left flange contact", "right flange": "right flange contact", "centre": "centre passage",
           "derailment": "derailment"}
@@ -33,8 +33,9 @@ def reading(raw: Raw, name: str) -> np.ndarray:
     words, _, unit = name.removesuffix("]").partition(" [")
     if words.startswith("L/V "):
         return raw.ratio(words[4].upper())
-    if words.startswith("time since "):
-        return FACTORS[unit]*(raw.t - raw.start(words[-2:]))
+    if since := re.fullmatch(r"time since (\w\w)(?: (\d+))?", words):
+        begun = [raw.t[rows.start] for rows in raw.episodes(since[1]) if rows.start > 0]
+        return FACTORS[unit]*(raw.t - (begun[int(since[2]) - 1] if since[2] else raw.start(since[1])))
     if words.startswith("time"):
         return FACTORS[unit]*raw.t*(raw.c["vY"][0] if words == "time × first vY" else 1.0)
     total = np.zeros(len(raw.t))

@@ -45,15 +45,16 @@ def label_of(artist: Artist) -> str:
 
 
 def check_units(figure: Figure) -> None:
-    """The words of axes, or of the first axes in their row or column, name the unit of what they show."""
+    """The words of axes, or of the first axes in their row or column, or of the page, name the unit of what they show."""
+    page = " ".join(text.get_text() for text in figure.texts)
     for ax, one in artists(figure):
         names, place = shown(one), ax.get_position()
         if names.how in UNITLESS:
             continue
         beside = [other for other in figure.axes if abs(other.get_position().y0 - place.y0) < 1e-6]
         below = [other for other in figure.axes if abs(other.get_position().x0 - place.x0) < 1e-6]
-        for name, words in ((names.y, [ax.get_ylabel(), ax.get_title(loc="left"), *(other.get_ylabel() for other in beside)]),
-                            (names.x, [ax.get_xlabel(), *(other.get_xlabel() for other in below)])):
+        for name, words in ((names.y, [ax.get_ylabel(), ax.get_title(loc="left"), *(other.get_ylabel() for other in beside), page]),
+                            (names.x, [ax.get_xlabel(), *(other.get_xlabel() for other in below), page])):
             told = re.findall(r"\[(.*?)\]", next((some for k, some in enumerate(words) if "[" in some or (some and not k)), "[]"))
             unit = name.partition(" [")[2].removesuffix("]")
             assert not name or unit in (told or [""]), (names, words)

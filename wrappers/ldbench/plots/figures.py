@@ -245,14 +245,14 @@ def draw_shares(ax: Axes, names: Sequence[str], energies: Sequence[Exchange]) ->
     for (part, words), color in zip(KINETIC_PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
         share = 100*np.array([one.after[part] for one in energies])/total
         bars = ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
-        named_bars(bars, names, f"share of {part} [%]")
+        named_bars(bars, names, x=f"share of {part} [%]")
         for k, (x, width) in enumerate(zip(left, share, strict=True)):
             if width > 6:
                 ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5,
                         color="white" if color == BLUE else BLACK)
         left += share
     rest = ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential")
-    named_bars(rest, names, "share of the rest [%]")
+    named_bars(rest, names, x="share of the rest [%]")
     ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
     ax.invert_yaxis()
     ax.grid(visible=False, axis="y")

@@ -29,10 +29,10 @@ def shows(artist: Named, y: str, x: str = "", how: str = "rows", of: str = "") -
     return artist
 
 
-def named_bars(bars: Iterable[Artist], of: Sequence[str], value: str) -> None:
-    """Say what bars show that lie: each the value of another thing."""
+def named_bars(bars: Iterable[Artist], of: Sequence[str], y: str = "", x: str = "") -> None:
+    """Say what bars show, upright along y or lying along x: each the value of another thing."""
     for bar, thing in zip(bars, of, strict=True):
-        shows(bar, "", value, "bar", thing)
+        shows(bar, y, x, "bar", thing)
 
 
 def name(words: str, unit: str) -> str:
