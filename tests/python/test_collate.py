@@ -13,21 +13,25 @@ from pypdf import PdfReader
 import ldbench
 from browser import facts
 from hostile_files import HARMLESS, HOSTILE
-from imaginary_round import CODES, Code, Runs, submit, table_of
+from imaginary_round import CODES, Code, Runs, damped, submit, table_of
 from invented import invented_run
 from ldbench.__main__ import main
 from ldbench._core.files import write_frame
+from ldbench.plots.style import ldbench_style
 from ldbench.results.events import FLANGE_ANGLE
 from ldbench.results.run_data import RunData
 from ldbench.results.summary import summary_row
 from ldbench_round import check, own_runs, round_numbers
 from ldbench_round.collation import Collation, collate, write_csv
+from ldbench_round.collation_matrix import grade_pages
+from ldbench_round.collation_pdf import code_pages, curves_page, number_table
 from ldbench_round.contact_groups import FILE as GROUPS_FILE, write_groups
 from ldbench_round.kept_entries import SCORED_AS_ELASTIC, find_references
 from ldbench_round.round_numbers import NUMBERS, SI, names_of, numbers_of
 from ldbench_round.scores import GRADED, Score
 from ldbench_round.submissions import find_submissions
 from ldbench_round.tasks import TASKS, Task
+from of_codes import File, check_numbers, walk_codes
 from running import Run, once
 
 FAST, SLOW = Task(4, "aw"), Task(2, "aw")
@@ -447,3 +451,23 @@ def test_a_contact_force_is_own_or_given(codes: Path, tmp_path: Path):
     bora = next(code for code in find_submissions(codes)[0] if code.name == "Bora")
     assert bora.remarks == ("submission.toml: contact_force: expected own or given, found theirs",)
     assert "contact_force" not in bora.facts
+
+
+# ---- what is drawn -------------------------------------------------------------------
+def test_everything_that_is_drawn_is_of_its_code(collated: Collation, graded: Collation, runs: Runs):
+    """Curves of all codes from the runs that they were written from, marks and shades of both matrices."""
+    files = {}
+    for code in CODES:
+        rows = table_of(runs.of(code, FAST))
+        files[code.name] = File(damped(rows) if code is GENSIM else rows.iloc[::20].reset_index() if code is KINEMA else rows,
+                                code is not IMPAKT)
+    with ldbench_style():
+        assert walk_codes([*dict(code_pages(collated)).values(), curves_page(collated, FAST)], files) > 60
+        assert walk_codes(list(dict(grade_pages(graded)).values()), files) > 60
+
+
+def test_the_table_of_numbers_is_the_csv(collated: Collation, tmp_path: Path):
+    """Under the names and units of its heads, in the document as in collation.csv."""
+    frame, found = frame_of(collated, tmp_path/"table.csv"), number_table(collated, FAST)
+    heads = [f"{name} {unit}".strip() for name, unit in zip(found.header, found.second, strict=True)]
+    assert check_numbers(found.rows, heads, frame[frame.simulation == FAST.name]) > 100

@@ -3,33 +3,82 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 import ldbench
 from ldbench.plots.style import ldbench_style
 from ldbench.report.compare import comparison_figures, impact_pages
 from ldbench.report.differences import compare
 from ldbench.report.study import make_study
+from named_artists import shown
+from of_runs import COMPARED, FACTORS, UNITS
 from raw import Raw, mean_square
 from reading import Line, differing, words_of
 from specimen import World
 from table import COLUMNS, CONTACTS, DEG, KN, MM, WORDS
+from walk import Compare, walk
 
+WORDS_OF = {"Y": "lateral displacement Y", "N_LF": "normal force, left flange"}
 RUN, ROUGH = r"\bex\d_aw\b", r"\d+ impacts have fewer than 6 rows"       # test_impacts_of_few_rows_are_counted
 
 
-def difference(a: Raw, b: Raw, column: str) -> np.ndarray:
-    """At the rows of the first file, along straight lines between those of the second; where a contact is closed in both."""
-    d = np.interp(a.t, b.t, b.c[column]) - a.c[column]
-    d[a.t > b.t[-1]] = np.nan
+def between_rows(a: Raw, b: Raw, column: str) -> np.ndarray:
+    """A column of the second file at the rows of the first, along straight lines; where a contact is closed on either side."""
+    x = np.interp(a.t, b.t, b.c[column])
+    x[a.t > b.t[-1]] = np.nan
     if column.partition("_")[0] in ("angle", "y", "z", "radius"):
         k = np.clip(np.searchsorted(b.t, a.t), 1, len(b.t) - 1)
         closed = np.isfinite(b.c[column])
-        d[~(np.isfinite(a.c[column]) & (closed[k] & closed[k - 1]))] = np.nan
-    return d
+        x[~(closed[k] & (closed[k - 1] | (a.t == b.t[k])))] = np.nan
+    return x
+
+
+def difference(a: Raw, b: Raw, column: str) -> np.ndarray:
+    """Second file less first at the rows of the first."""
+    return between_rows(a, b, column) - a.c[column]
+
+
+def compared_with(reference: Raw, *others: Raw) -> dict[str, Compare]:
+    """Curves of files that are compared as long as all have rows: overlays between rows, and differences from the reference."""
+    until = min(raw.t[-1] for raw in (reference, *others))
+
+    def compare(of: Callable[[Raw, Raw, str], np.ndarray]) -> Compare:
+        def compared(raw: Raw, ax: Axes, line: Line2D) -> None:
+            column, _, unit = shown(line).y.removesuffix("]").partition(" [")
+            assert UNITS[column] == unit and shown(line).x == "time [s]"
+            t, x = line.get_data()
+            k = np.searchsorted(reference.t, t*(1 - 1e-9))
+            np.testing.assert_allclose(t, reference.t[k], rtol=1e-8, atol=1e-12)
+            truth = FACTORS[unit]*of(reference, raw, column)[reference.t <= until*(1 + 1e-9)]
+            size = 1e-8*FACTORS[unit]*np.nanmax(np.abs(reference.c[column]), initial=1e-300)
+            np.testing.assert_allclose(x, truth[k], rtol=1e-6, atol=size, err_msg=str(shown(line)))
+            assert not np.isfinite(truth).any() or (np.nanmin(x), np.nanmax(x)) == pytest.approx(
+                (np.nanmin(truth), np.nanmax(truth)), rel=1e-6, abs=size)
+        return compared
+
+    return {**COMPARED, "between rows": compare(between_rows), "difference": compare(difference)}
+
+
+def check_titles(figure: Figure) -> None:
+    """Panels on the left lie under the words of their column, those on the right under a difference."""
+    for ax in figure.axes:
+        for line in ax.lines:
+            words = ax.get_title(loc="left").partition(" [")[0]
+            if shown(line).how == "between rows":
+                assert COLUMNS[words][0] == shown(line).y.partition(" [")[0]
+            elif shown(line).how == "difference":
+                assert words == "difference from the reference"
+            else:
+                contact, number = shown(line).x.split()[2:4]
+                assert ax.get_title(loc="left").startswith(f"{WORDS[contact]} {number}: ") and shown(line).y == f"N_{contact} [kN]"
 
 
 def test_comparison_pages(world: World):
@@ -82,7 +131,11 @@ def test_comparison_pages(world: World):
                                     lambda w, m: impacts(w, m)[0], often=True)]}
     with ldbench_style():
         found = comparison_figures(compare([world.run("ex2_aw"), world.run("ex3_aw")]))
-        pages = {title: words_of(figure) for title, figure in found}
+        pages: dict[str, str] = {}
+        for title, figure in found:
+            pages[title] = words_of(figure)
+            walk(figure, compared_with(a, b), a, {"ex2_aw": a, "ex3_aw": b}, lambda label, names, raw: label == names.of)
+            check_titles(figure)
     for title, text in pages.items():
         own = [line for words, some in lines.items() if words in title for line in some]
         assert differing(text.replace("−", "-"), own, world, [RUN, r"\d+ more impacts", ROUGH]) == [], title
@@ -111,9 +164,9 @@ def test_study(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(world.folder)
     (tmp_path/"inputs").mkdir()
     shutil.copy("inputs/ex2_aw.nml", tmp_path/"inputs")
-    drawn: list[str] = []
+    drawn: list[Figure] = []
     monkeypatch.setattr("ldbench.report.study.save_document", lambda chapters, *_: drawn.extend(
-        words_of(figure) for _, pages in chapters for _, figure in pages))
+        figure for _, pages in chapters for _, figure in pages))
     make_study(tmp_path/"inputs", tmp_path, 2)
     fine, *variants = (Raw(tmp_path/f"study/ex2_aw_{which}.txt") for which in ("fine", "law", "step"))
     row = []
@@ -125,8 +178,30 @@ def test_study(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     row += [1e3*(one.t[-1] - fine.t[-1]) for one in variants]
     line = Line("^ex2_aw" + 12*r" (\S+)" + "$", "differences, of law and step in turn", lambda w: row, 0.01)
     labels = [r"steps? (?:of )?0\.1 ms", r"exercise 5 cut short", RUN, r"^Exercise \d"]
-    for text, lines in zip(drawn, ([line], []), strict=True):
-        assert differing(text, lines, world, labels) == []
+    summary, curves = drawn
+    for figure, lines in (summary, [line]), (curves, []):
+        assert differing(words_of(figure), lines, world, labels) == []
+
+    def compare_bar(source: object, ax: Axes, bar: Rectangle) -> None:
+        """The root mean square of a difference over that of the reference, above the name of the case."""
+        column, words = re.fullmatch(r"rms of (\w+), (.*)", shown(bar).y).groups()
+        case, which = shown(bar).of.split()
+        one, early = variants[["law", "step"].index(which)], "first" in words
+        assert ax.get_title(loc="left") == f"{WORDS_OF[column]}, {words}"
+        rows = fine.t <= min(fine.t[fine.first("LF").stop - 1] if early else np.inf, one.t[-1])
+        found = mean_square(fine.t[rows], difference(fine, one, column)[rows])
+        until = fine.t <= one.t[-1]
+        assert bar.get_height() == pytest.approx(np.sqrt(found/mean_square(fine.t[until], fine.c[column][until])), rel=0.01)
+        below = ax.get_figure().axes[-1].get_xticklabels()
+        assert [label.get_text() for label in below if label.get_position()[0] == round(bar.get_x() + bar.get_width()/2)] == [case]
+
+    bars = {"bar": compare_bar}
+    says = {"law": "law: one Hertz spring per zone", "step": "step: average acceleration, step 0.1 ms"}
+    assert walk(summary, bars, None, says=lambda label, names, _: says[names.of.split()[1]] == label) > 8
+    files = dict(zip(("half-spaces, cut steps", *(words.partition(": ")[2] for words in says.values())), (fine, *variants),
+                     strict=True))
+    assert walk(curves, compared_with(fine, *variants), fine, files, lambda label, names, raw: label == names.of) == 3*5
+    check_titles(curves)
     times = {file: file.stat().st_mtime_ns for file in (tmp_path/"study").glob("*.txt")}
     make_study(tmp_path/"inputs", tmp_path, 2)
     assert times == {file: file.stat().st_mtime_ns for file in (tmp_path/"study").glob("*.txt")}, "runs that are there stay"

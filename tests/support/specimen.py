@@ -37,8 +37,12 @@ class World(NamedTuple):
     def outputs(self) -> Path:
         return self.folder/"outputs"
 
+    @property
+    def raws(self) -> dict[str, Raw]:
+        return {"ex2_aw": self.thrown, "ex3_aw": self.faster, "ex5_aw": self.pushed}
+
     def raw(self, name: str) -> Raw:
-        return {"ex2_aw": self.thrown, "ex3_aw": self.faster, "ex5_aw": self.pushed}[name]
+        return self.raws[name]
 
     def run(self, name: str) -> ldbench.Run:
         return read(self.raw(name).file)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from ldbench.number_text import number_text, percent_text, two_digits
 from ldbench.plots.frame import new_page
+from ldbench.plots.named import decoration, shows
 from ldbench.plots.style import CODE_LINES, Line
 from ldbench.plots.tables import draw_table
 
@@ -86,8 +87,9 @@ def draw_matrix(found: Collation, start: int, most: int, page: Figure, cells: Se
                {"fontsize": 6.0 if deep == 1 or not j else 5.2})
     for k in range(len(cells)):
         y = 1 - (1.5 + k*deep)*height
-        ax.axhline(y + height/2, color="#808080", linewidth=0.5)
-        ax.plot([0.002, 0.022], [y, y], **line_of(start + k).kwargs() | {"linewidth": 1.6})
+        decoration(ax.axhline(y + height/2, color="#808080", linewidth=0.5))
+        look, = ax.plot([0.002, 0.022], [y, y], **line_of(start + k).kwargs() | {"linewidth": 1.6})
+        shows(look, "look of a code", how="legend", of=found.codes[start + k].name)
 
 
 def verdict_page(found: Collation, start: int) -> Figure:

@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from ldbench.constants import CONTACT_NAMES, KN
 from ldbench.number_text import number_text, two_digits
 from ldbench.plots.document import save_document
 from ldbench.plots.frame import legend_of_page, new_page
+from ldbench.plots.named import name as named, shows
 from ldbench.plots.style import plain
 from ldbench.plots.tables import draw_listing
 from ldbench.results.quantities import quantity
@@ -139,12 +141,13 @@ def curves_page(found: Collation, task: Task) -> Figure:
     """Motion and energy over the whole run, and the forces of the flanges from their first contacts on."""
     figure = new_page(task.words.capitalize(), f"all codes, {task.name}", CURVES_NOTE)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.35, 1))
+    drawn: dict[int, Line2D] = {}
     shared: Axes | None = None
     for k, (name, words, unit, scale) in enumerate((
             ("Y", "lateral Y", "mm", 1e3), ("roll", quantity("roll").words, "mrad", 1e3), ("energy", "energy − start", "J", 1.0))):
         ax = figure.add_subplot(grid[k, 0], sharex=shared)
         shared = shared or ax
-        draw(ax, found, task, name, 1.0, scale)
+        drawn |= draw(ax, found, task, name, scale, named(name, unit), "time [s]")
         if limits := common_limits(found, task, name):
             start, end, low, high = limits
             ax.set_xlim(min(start, 0), end)
@@ -156,7 +159,7 @@ def curves_page(found: Collation, task: Task) -> Figure:
     struck = [name for name in IMPACTS if curves_of(found, task, name)]
     for k, name in enumerate(struck):
         ax = figure.add_subplot(grid[:, 1] if len(struck) == 1 else grid[:2, 1] if k == 0 else grid[2, 1])
-        draw(ax, found, task, name, 1e3, KN)
+        drawn |= draw(ax, found, task, name, KN, named(name, "kN"), f"time since {name[2:]} [ms]", 1e3)
         ax.set_title(f"normal force, {CONTACT_NAMES[name[2:]]}, first contact", loc="left", pad=3)
         ax.set_ylabel("N [kN]")
         opened = [time for _, _, t, x in curves_of(found, task, name) if np.isfinite(time := opening(t, x))]
@@ -166,10 +169,7 @@ def curves_page(found: Collation, task: Task) -> Figure:
         ax.set_xlim(1e3*CLOSE[0], 1e3*end)
         ax.set_ylim(0, KN*1.06*(min(max(peaks), usual) or 1.0))
         ax.set_xlabel("time since the contact closed [ms]" if name == struck[-1] else "")
-    drawn = [(i, code) for i, code in enumerate(found.codes) if (entry := found.entry(code, task)) and entry.curves]
-    handles = [figure.axes[0].plot([], [], label=plain(cut(code.name, 22 if len(drawn) <= 12 else 11)), **line_of(i).kwargs())[0]
-               for i, code in drawn]
-    legend_of_page(figure, handles, max(6, -(-len(handles)//2)))
+    legend_of_page(figure, [drawn[k] for k in sorted(drawn)], max(6, -(-len(drawn)//2)))
     return figure
 
 
@@ -209,14 +209,19 @@ def curves_of(found: Collation, task: Task, name: str) -> list[tuple[int, Entry,
             if (entry := found.entry(code, task)) and name in entry.curves]
 
 
-def draw(ax: Axes, found: Collation, task: Task, name: str, time_scale: float, scale: float) -> None:
-    """Draw a curve of all codes."""
+def draw(ax: Axes, found: Collation, task: Task, name: str, scale: float, what: str, clock: str,
+         time_scale: float = 1.0) -> dict[int, Line2D]:
+    """Draw a curve of all codes; the lines by the places of the codes. what, clock: the names of what the axes show."""
     curves = curves_of(found, task, name)
+    letters, lines = 22 if len(found.codes) <= 12 else 11, {}
     for k, _, t, x in curves:
-        ax.plot(time_scale*t, scale*x, **line_of(k).kwargs())
+        code = found.codes[k].name
+        lines[k], = ax.plot(time_scale*t, scale*x, label=plain(cut(code, letters)), **line_of(k).kwargs())
+        shows(lines[k], what, clock, of=code)
     if not curves:
         ax.text(0.5, 0.5, "no code has it", transform=ax.transAxes, ha="center", va="center", color="#606060", fontsize=7)
         ax.set_yticks([])
+    return lines
 
 
 def number_table(found: Collation, task: Task) -> Table:

@@ -117,7 +117,7 @@ def ramp_page(run: RunData) -> Figure:
     force = KN*run.values("F_ext")[rows]
 
     def draw(ax: Axes, x: np.ndarray, label: str, line: Line, shown: str) -> None:
-        draw_curve(ax, force, x[rows], label, line, (shown, "F_ext [kN]"), 240 if ax is ratio else 110)
+        draw_curve(ax, force, x[rows], label, line, {"y": shown, "x": "F_ext [kN]"}, 240 if ax is ratio else 110)
 
     for side, color in (("left", BLUE), ("right", RED)):
         draw(ratio, lateral_over_vertical(run, side), f"{side} wheel", Line(color), f"L/V {side}")

@@ -19,7 +19,7 @@ from ..results.quantities import PAIRS
 from ..results.run_data import RunData
 from .frame import legend_above, legend_of_page, new_page
 from .impact import draw_detail, instants, placed_outlines
-from .named import shows
+from .named import named_bars, shows
 from .series import ELASTIC, KINETIC
 from .stretches import PANEL, first_contact, thin
 from .style import BLACK, BLUE, CONTACT_LINES, DASHED, DOTTED, GREEN, GREY, PURPLE, RED, SERIES, SKY, Line, plain_numbers
@@ -76,7 +76,7 @@ def impact_figure(runs: Sequence[RunData]) -> Figure:
         if actual and speeds:
             v = np.array([min(speeds), max(speeds)])
             slope, = right.plot(v, peaks[0]*(v/speeds[0])**1.2, color=GREY, linewidth=0.8, linestyle=DOTTED, label="slope 6/5")
-            shows(slope, "power 6/5 of N_LF [kN]", "first vY [m/s]", "runs", pair)
+            shows(slope, "first peak of N_LF [kN]", "first vY [m/s]", "power", pair)
     left.set(yscale="log", ylim=(10, None), xlabel="time since the flange touched [ms]", ylabel="N of the left flange [kN]")
     left.set_title("solid: actual, dashed: simplified profiles", loc="left")
     left.legend(loc="upper right", fontsize=6.5)
@@ -223,7 +223,7 @@ def first_contacts(told: Sequence[tuple[RunData, ContactInterval, Exchange]]) ->
             if power is not None and pair == pairs[0]:
                 slope, = ax.plot(speed, x[0]*(speed/speed[0])**power, color=GREY, linewidth=0.8, linestyle=":",
                         label="Hertz" if ax is axes[0, 0] else None)
-                shows(slope, f"power {power:g} of {shown}", "first vY [m/s]", "runs", pair)
+                shows(slope, shown, "first vY [m/s]", "power", pair)
     for ax, words in zip(axes.ravel(), ("peak N [kN]", "duration [ms]", "impulse ∫N dt [kN·s]",
                                         "lateral velocity after / before, reversed"), strict=True):
         ax.set(xscale="log", xlabel="initial lateral velocity [m/s]", ylabel=words)
@@ -245,15 +245,15 @@ def draw_shares(ax: Axes, names: Sequence[str], energies: Sequence[Exchange]) ->
     total = np.array([sum(one.before.values()) for one in energies])
     for (part, words), color in zip(KINETIC_PARTS.items(), (BLUE, GREEN, PURPLE), strict=True):
         share = 100*np.array([one.after[part] for one in energies])/total
-        for bar in ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words):
-            shows(bar, "run", f"share of {part} [%]", "bar")
+        bars = ax.barh(range(len(names)), share, left=left, color=color, height=0.65, label=words)
+        named_bars(bars, names, x=f"share of {part} [%]")
         for k, (x, width) in enumerate(zip(left, share, strict=True)):
             if width > 6:
                 ax.text(x + width/2, k, f"{width:.0f} %", ha="center", va="center", fontsize=6.5,
                         color="white" if color == BLUE else BLACK)
         left += share
-    for bar in ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential"):
-        shows(bar, "run", "share of the rest [%]", "bar")
+    rest = ax.barh(range(len(names)), 100 - left, left=left, color=SKY, height=0.65, alpha=0.4, label="elastic and potential")
+    named_bars(rest, names, x="share of the rest [%]")
     ax.set(xlim=(0, 100), yticks=range(len(names)), yticklabels=names)
     ax.invert_yaxis()
     ax.grid(visible=False, axis="y")

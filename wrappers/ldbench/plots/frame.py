@@ -80,7 +80,8 @@ def legend_above(ax: Axes, ncols: int = 5, raised: float = 0.0, **more: Any) -> 
 
 
 def legend_of_page(figure: Figure, handles: Sequence[Any], ncols: int = 5) -> None:
-    """One legend for all panels of a page, in rows above them."""
+    """One legend for all panels of a page, in rows above them; means of bands have no words and no entry."""
+    handles = [one for one in handles if not one.get_label().startswith("_")]
     figure.legend(handles=handles, loc="upper right", bbox_to_anchor=(RIGHT, TOP - 0.024), ncols=ncols, borderaxespad=0)
     layout = figure.get_layout_engine()
     assert layout

@@ -97,9 +97,9 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
     wheel, rail = turned(side.wheel*[sign, 1], *pose(run, k)), side.rail*[sign, 1]
     name = "right" if right else "left"
     shows(ax.add_artist(Polygon(MM*rail, facecolor=RAIL_GREY, edgecolor=BLACK, linewidth=0.7)), f"rail {name} [mm]", "y [mm]",
-          "outline")
+          "outline", run.name)
     outline, = ax.plot(MM*wheel[:, 0], MM*wheel[:, 1], color=BLACK, linewidth=0.9)
-    shows(outline, f"wheel {name} [mm]", "y [mm]", "outline")
+    shows(outline, f"wheel {name} [mm]", "y [mm]", "outline", run.name)
     contacts = ("RT", "RF") if right else ("LT", "LF")
     longest = max(run.values(f"N_{c}")[k] for c in CONTACTS) or 1.0
     words = []
@@ -112,9 +112,9 @@ def draw_detail(ax: Axes, run: RunData, placed: Outlines, k: int, right: bool) -
         color = CONTACT_LINES[c].color
         force = ax.quiver([x], [z], [arrow[0]], [arrow[1]], angles="xy", scale_units="xy", scale=1, color=color, width=0.010,
                           zorder=4)
-        shows(force, f"Fz_{c}", f"Fy_{c}", "arrow")
+        shows(force, f"Fz_{c}", f"Fy_{c}", "arrow", run.name)
         point, = ax.plot([x], [z], "o", color=color, markersize=3.5, markeredgecolor=BLACK, markeredgewidth=0.4, zorder=5)
-        shows(point, f"z_{c} [mm]", f"y_{c} [mm]", "point")
+        shows(point, f"z_{c} [mm]", f"y_{c} [mm]", "point", run.name)
         words.append(f"{CONTACT_NAMES[c].split()[1]} {number_text(KN*N)} kN at {DEG*run.values(f'angle_{c}')[k]:.1f}°")
     title = ax.set_title(f"{name}: {', '.join(words) or 'no contact'}", loc="left", fontsize=6.2, pad=3)
     title.set_in_layout(False)

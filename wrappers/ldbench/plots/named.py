@@ -5,6 +5,7 @@ A name is a sum of columns with their signs, or a quantity that follows from the
 """
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -26,6 +27,12 @@ def shows(artist: Named, y: str, x: str = "", how: str = "rows", of: str = "") -
     """Say what an artist shows; returns the artist."""
     vars(artist)["shown"] = Shown(y, x, how, of)
     return artist
+
+
+def named_bars(bars: Iterable[Artist], of: Sequence[str], y: str = "", x: str = "") -> None:
+    """Say what bars show, upright along y or lying along x: each the value of another thing."""
+    for bar, thing in zip(bars, of, strict=True):
+        shows(bar, y, x, "bar", thing)
 
 
 def name(words: str, unit: str) -> str:

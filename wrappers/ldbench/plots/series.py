@@ -141,7 +141,7 @@ def draw_panel(ax: Axes, run: RunData, panel: Panel, window: Window, width: floa
     rows = window.rows(run)
     t = window.of(run.time[rows])
     drawn = [panel.scale*curve.values(run)[rows] for curve in panel.curves]
-    draw_curves(ax, [(t, x, curve.label, curve.line, (name(curve.name, panel.unit), window.clock))
+    draw_curves(ax, [(t, x, curve.label, curve.line, {"y": name(curve.name, panel.unit), "x": window.clock})
                      for x, curve in zip(drawn, panel.curves, strict=True)], width)
     if all(np.isnan(x).all() for x in drawn):
         ax.text(0.5, 0.5, "no contact", transform=ax.transAxes, ha="center", va="center", color="#606060")
@@ -156,7 +156,7 @@ def draw_panel(ax: Axes, run: RunData, panel: Panel, window: Window, width: floa
     short_numbers(ax.yaxis)
 
 
-def draw_curves(ax: Axes, curves: Sequence[tuple[np.ndarray, np.ndarray, str, Line, tuple[str, str]]],
+def draw_curves(ax: Axes, curves: Sequence[tuple[np.ndarray, np.ndarray, str, Line, dict[str, str]]],
                 width: float = WIDTH) -> None:
     """Curves, as `draw_curve` takes them; smooth ones lie over those that swing."""
     swings = [np.nansum(np.abs(np.diff(y))) for _, y, *_ in curves]
@@ -164,22 +164,22 @@ def draw_curves(ax: Axes, curves: Sequence[tuple[np.ndarray, np.ndarray, str, Li
         draw_curve(ax, *curve, width, 2 + 0.01*sum(other > swing for other in swings))
 
 
-def draw_curve(ax: Axes, x: np.ndarray, y: np.ndarray, label: str, line: Line, names: tuple[str, str], width: float = WIDTH,
+def draw_curve(ax: Axes, x: np.ndarray, y: np.ndarray, label: str, line: Line, names: dict[str, str], width: float = WIDTH,
                zorder: float = 2) -> None:
     """A curve in a panel so many millimetres wide; where it swings more than once a millimetre, the band of its values and over it
-    their mean with a white rim, which no other band hides. `names`: what the axes show, vertical and horizontal."""
+    their mean with a white rim, which no other band hides. `names`: what it shows, as `shows` takes it."""
     look = line.kwargs() | {"zorder": zorder}
     line_x, line_y, band = split(x, y, int(width))
     if band:
         area = ax.fill_between(band.middle, band.low, band.high, facecolor=line.color + "40", edgecolor=line.color + "B0",
                                linewidth=0.4)
-        shows(area, *names, how="range")
+        shows(area, **names, how="range")
         mean, = ax.plot(band.middle, band.mean, **look | {"linewidth": 1.0, "path_effects": [
             withStroke(linewidth=2.0, foreground="white")]})
-        shows(mean, *names, how="mean")
+        shows(mean, **names, how="mean")
     dots = {"marker": ".", "markersize": 2.5} if len(x) < FEW_ROWS else {}
     drawn, = ax.plot(line_x, line_y, **look | dots, label=label)
-    shows(drawn, *names)
+    shows(drawn, **names)
 
 
 def key_of(curves: Iterable[Curve]) -> list[Line2D]:

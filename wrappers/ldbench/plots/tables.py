@@ -13,7 +13,7 @@ from ..results.quantities import OUTCOME
 from ..results.summary import CHAOTIC_NOTE, SUMMARY, shown
 from ..results.twins import Chaotic
 from .frame import new_page
-from .named import decoration
+from .named import decoration, shows
 from .style import SIZE, plain
 
 CHARACTERS = 210        # of a line of a table
@@ -45,8 +45,9 @@ def draw_table(ax: Axes, rows: Rows, edges: Sequence[float] | np.ndarray, height
             decoration(ax.axhspan(bottoms[i], bottoms[i] + heights[i], color=colour, linewidth=0))
         for j, words in enumerate(row):
             if colour := shade(i, j):
-                ax.add_patch(decoration(Rectangle((edges[j], bottoms[i]), edges[j + 1] - edges[j], heights[i], facecolor=colour,
-                                                  edgecolor="white", linewidth=1.5, zorder=0)))
+                box = Rectangle((edges[j], bottoms[i]), edges[j + 1] - edges[j], heights[i], facecolor=colour, edgecolor="white",
+                                linewidth=1.5, zorder=0)
+                ax.add_patch(shows(box, words, row[0], "shade", rows[0][j]))
             if words:
                 x, side = (edges[j] + pad, "left") if j in left else (edges[j + 1] - pad, "right")
                 ax.text(x, y, plain(words), ha=side, va="center", in_layout=False, **{"fontsize": size} | look(i, j))

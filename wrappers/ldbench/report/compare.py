@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from .._core.files import check_written, write_frame
 from ..constants import DEG, KN
 from ..number_text import number_text
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
+from ..plots.named import name, shows
 from ..plots.sheets import PDF, check_sheets, save_sheets
 from ..plots.stretches import rows_between, thin
 from ..plots.style import SERIES, ldbench_style, plain
@@ -67,9 +69,11 @@ def quantity_page(found: Comparison, columns: Sequence[str], title: str) -> Figu
     for (overlay, difference), column in zip(axes, columns, strict=True):
         known = found.shown(column)
         apart = [found.difference(k, column) for k in range(1, len(found.runs))]
-        for ax, curves, first in (overlay, [values[column] for values in found.values], 0), (difference, apart, 1):
-            for x, look in zip(curves, looks(found)[first:], strict=True):
-                ax.plot(*thin(found.time, known.scale*x), **look)
+        for ax, curves, first, how in ((overlay, [values[column] for values in found.values], 0, "between rows"),
+                                       (difference, apart, 1, "difference")):
+            for x, look, run in zip(curves, looks(found)[first:], found.runs[first:], strict=True):
+                curve, = ax.plot(*thin(found.time, known.scale*x), **look)
+                shows(curve, name(column, known.unit), "time [s]", how, run.name)
         overlay.set_title(plain(known.label), loc="left", pad=3)
         unit = f" [{known.unit}]" if known.unit else ""
         difference.set_title(plain(f"difference from the reference{unit}"), loc="left", color="#404040", pad=3)
@@ -175,13 +179,14 @@ def overlay_page(found: Comparison, pairings: Sequence[Pairing], more: int) -> F
             if force is None or impact is None or not impact.duration > 0:
                 continue
             rows = rows_between(run.time, impact.start - MARGIN*longest, impact.start + (1 + MARGIN)*longest)
-            ax.plot(1e3*(run.time[rows] - impact.start), KN*force[rows], **look)
+            curve, = ax.plot(1e3*(run.time[rows] - impact.start), KN*force[rows], **look)
+            shows(curve, f"N_{one.contact} [kN]", f"time since {one.name} [ms]", of=run.name)
         ax.set_xlim(-1e3*MARGIN*longest, 1e3*(1 + MARGIN)*longest)
         ax.set_ylim(bottom=0)
         ax.set_title(f"{one.words}: {1e3*one.impacts[0].start:.3f} ms" if one.impacts[0] else one.words, loc="left", pad=3)
     for unused in axes[len(pairings):]:
         unused.remove()
-    legend_of_page(figure, [axes[0].plot([], [], **look)[0] for look in looks(found)], 4)
+    legend_of_page(figure, [Line2D([], [], **look) for look in looks(found)], 4)
     return figure
 
 

@@ -25,6 +25,7 @@ from ..constants import KN, MM, SIDES
 from ..number_text import percent_text, two_digits
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
+from ..plots.named import decoration, shows
 from ..plots.series import draw_curves
 from ..plots.style import BLUE, DASH_DOT, DASHED, DOTTED, GREEN, GREY, ORANGE, PURPLE, RED, Line
 from ..plots.tables import draw_table
@@ -276,11 +277,13 @@ def draw_climb(place: SubplotSpec, inputs: Path) -> None:
     for ax, (pair, last) in zip(axes, pairs.items(), strict=True):
         made = climb(last)
         c = made.data
-        ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
+        curve, = ax.plot(MM*c.Y, c.PE_grav + c.PE_load, color=BLUE, linewidth=1.4)
+        shows(curve, "PE_grav+PE_load [J]", "Y [mm]", of=f"over the flange, {pair}")
         for case in cases:
             if case.case_name.endswith(pair) and case.vY:
                 energy = 0.5*case.mass*case.vY**2
-                ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
+                level = ax.axhline(energy, color=GREY, linewidth=0.8, linestyle=DASHED)
+                shows(level, "first KE_lat [J]", how="level", of=case.case_name)
                 ax.text(0.99, energy, f"exercise {case.case_name[2]}", transform=ax.get_yaxis_transform(), ha="right", va="bottom",
                         fontsize=6)
         ax.set_title(f"over the flange, {made.pair}", loc="left", fontsize=7, pad=3)
@@ -315,12 +318,14 @@ def values_page(found: Sequence[Outcome]) -> Figure:
                look=lambda i, j: {"weight": "bold" if i in (0, *exercises) else "normal"},
                band=lambda i: "#E6E6E6" if i in exercises else "")
     for k in range(1, len(pairs)):
-        ax.axvline(0.26 + 0.74/len(pairs)*k, color=GREY, linewidth=0.4)
+        decoration(ax.axvline(0.26 + 0.74/len(pairs)*k, color=GREY, linewidth=0.4))
     return figure
 
 
-ROWS = (("Y", "lateral Y [mm]", MM), ("Z", "vertical Z [mm]", MM), ("pushed", "left flange: impulse [kN·s]", 1e-3),
-        ("kinetic", "kinetic energy [J]", 1.0))
+# The curves of a run: key, label of the axis, factor from SI, and the name of what is shown.
+ROWS = (("Y", "lateral Y [mm]", MM, "Y [mm]"), ("Z", "vertical Z [mm]", MM, "Z [mm]"),
+        ("pushed", "left flange: impulse [kN·s]", KN, "impulse_LF [kN·s]"),
+        ("kinetic", "kinetic energy [J]", 1.0, "KE_lat+KE_vert+KE_roll [J]"))
 RAMP_LIMITS = {"Y": (-1, 25), "Z": (-2, 25), "kinetic": (-5, 300)}      # what follows is the fall
 TOGETHER = (1, 2), (3, 4), (5,)                                         # exercises on a page
 
@@ -334,9 +339,9 @@ def exercises_page(found: Sequence[Outcome], exercises: Sequence[int], title: st
     axes = figure.subplots(len(ROWS), len(shown), sharex="col", squeeze=False)
     for column, (exercise, pair) in zip(axes.T, shown, strict=True):
         own = [o for o in found if (o.exercise, o.pair) == (exercise, pair)]
-        for ax, (key, label, scale) in zip(column, ROWS, strict=True):
+        for ax, (key, label, scale, what) in zip(column, ROWS, strict=True):
             draw_curves(ax, [(np.array(o.curves["t"]), scale*np.array(o.curves[key]), o.formulation, LINES[o.formulation],
-                              (f"{key} of {o.formulation}, {label}", "time [s]")) for o in own])
+                              {"y": what, "x": "time [s]", "of": f"{o.case} {o.formulation}"}) for o in own])
             if exercise == 5 and key in RAMP_LIMITS:
                 ax.set_ylim(*RAMP_LIMITS[key])
             if ax in axes[:, 0]:

@@ -17,6 +17,7 @@ from ..constants import KN, MM
 from ..number_text import number_text
 from ..plots.document import save_document
 from ..plots.frame import legend_of_page, new_page
+from ..plots.named import named_bars
 from ..plots.sheets import Chapter
 from ..plots.style import SERIES, powers_of_ten
 from ..plots.tables import draw_table
@@ -107,8 +108,9 @@ def study_summary(rows: pd.DataFrame) -> Figure:
             for shift, variant, style in ((-0.2, "law", SERIES[2]), (0.2, "step", SERIES[1])):
                 part = rows[rows["variant"] == variant].set_index("case").loc[cases]
                 share = part[key]/part[f"{column} rms of the reference [{unit}]"]
-                ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color,
-                       label=f"{variant}: {VARIANT_WORDS[variant]}")
+                bars = ax.bar(np.arange(len(cases)) + shift, share, width=0.38, color=style.color,
+                              label=f"{variant}: {VARIANT_WORDS[variant]}")
+                named_bars(bars, [f"{case} {variant}" for case in cases], f"rms of {column}, {words}")
             ax.set(yscale="log", xlim=(-0.6, len(cases) - 0.4), xticks=np.arange(len(cases)), xticklabels=cases)
             powers_of_ten(ax.yaxis)
             ax.grid(axis="x", visible=False)

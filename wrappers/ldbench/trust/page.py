@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ..plots.frame import legend_of_page, new_page
+from ..plots.named import decoration, name, named_bars
 from ..plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE
 from ..results.quantities import PAIRS
 from .answers import NOT_AMONG, Answer, Trust
@@ -52,10 +53,10 @@ def report_pages(found: Sequence[Trust]) -> Iterator[tuple[str, Figure]]:
             continue
         figure = new_page(f"{TITLE}: {words}", ", ".join(REPORTED.values()), CAPTION)
         axes = figure.subplots(len(REPORTED), len(own), squeeze=False)
-        for line, (name, answer_words) in zip(axes, REPORTED.items(), strict=True):
+        for line, (key, answer_words) in zip(axes, REPORTED.items(), strict=True):
             for ax, one in zip(line, own, strict=True):
-                if name in one.answers:
-                    draw_causes(ax, one, one.answers[name], f"{one.case}, {answer_words}")
+                if key in one.answers:
+                    draw_causes(ax, one, one.answers[key], f"{one.case}, {answer_words}")
                 else:
                     ax.set_axis_off()
         add_legend(figure, own)
@@ -79,7 +80,9 @@ def draw_causes(ax: Axes, found: Trust, answer: Answer, title: str) -> None:
     scale = 100/abs(answer.value) if relative else known.scale
     sizes = [scale*change if np.isfinite(change) else 0.0 for _, change in causes]
     places = np.arange(len(causes))
-    ax.barh(places, sizes, color=[COLOURS[kinds.get(cause, "others")] for cause, _ in causes], height=0.72)
+    bars = ax.barh(places, sizes, color=[COLOURS[kinds.get(cause, "others")] for cause, _ in causes], height=0.72)
+    named_bars(bars, [f"{found.case}, {cause}" for cause, _ in causes],
+               x=name(f"change of {answer.name}", "%" if relative else known.unit))
     for place, (_, change) in zip(places, causes, strict=True):
         if not np.isfinite(change):
             ax.text(0, place, " makes it " + ("go" if np.isfinite(answer.value) else "come"), va="center", fontsize=6)
@@ -87,7 +90,7 @@ def draw_causes(ax: Axes, found: Trust, answer: Answer, title: str) -> None:
     ax.set(yticks=places, yticklabels=[cause for cause, _ in causes], ylim=(max(len(causes), 1) - 0.4, -0.6), xlim=(-reach, reach))
     ax.tick_params(axis="y", labelsize=6, length=0)
     ax.tick_params(axis="x", labelsize=6)
-    ax.axvline(0, color="black", linewidth=0.6)
+    decoration(ax.axvline(0, color="black", linewidth=0.6))
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("change [%]" if relative else f"change [{known.unit}]", fontsize=6.5)
     value = f"{known.text(answer.value)} {known.unit}, {known.text(answer.low)} to {known.text(answer.high)}"
