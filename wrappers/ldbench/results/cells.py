@@ -45,13 +45,12 @@ class Table(NamedTuple):
 def plain_lines(text: str) -> list[str]:
     """The lines of a text as plain numbers and separators: without marks of pages and of groups of digits, with hyphens for minus
     signs, without the strokes at both ends of a row and the brackets about a matrix."""
-    text = text.replace("\u2212", "-").replace("\f", "")
-    if any(mark in text for mark in GROUPS):
-        text = _GROUP.sub("", text).replace("\u00a0", " ")
-    return [_plain_line(line) for line in text.split("\n")]
+    return [_plain_line(line) for line in text.replace("\u2212", "-").replace("\f", "").split("\n")]
 
 
 def _plain_line(line: str) -> str:
+    if "'" in line or not line.isascii():       # else it has no mark of GROUPS
+        line = _GROUP.sub("", line).replace("\u00a0", " ")
     bare = line.strip(" ")
     if bare[:1] == "|" == bare[-1:] and len(bare) > 1:
         return bare[1:-1]
