@@ -25,7 +25,7 @@ UNITLESS = "decoration", "legend", "arrow", "outline", "point", "mark", "shade" 
 def label_of(artist: Artist) -> str:
     """The words of an artist in a legend, of a bar those of its row of bars; '' of none."""
     own = next((row for row in artist.axes.containers if artist in row.get_children()), artist).get_label()
-    return "" if own.startswith("_") else own
+    return "" if str(own or "_").startswith("_") else str(own)
 
 
 def walk(figure: Figure, compared: Mapping[str, Compare], source: Any, others: Mapping[str, Any] | None = None,
