@@ -6,6 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 import ldbench
 import shapes
@@ -17,7 +21,10 @@ from ldbench.results.twins import TWINS, is_chaotic, twin_cases
 from ldbench.table import ContactTable
 from ldbench.trust.page import report_pages
 from ldbench.trust.variations import variations
+from named_artists import shown
 from running import with_kept_table
+from table import RESULTS
+from walk import walk
 
 COARSE = {"model": "strip"}
 THROWN = with_kept_table(Case.exercise(2, "aw").replace(**COARSE))
@@ -237,21 +244,48 @@ def test_frame(found: Trust):
     assert "peak N, first contact, left flange" in found._repr_html_()
 
 
-def test_bars_are_the_causes(found: Trust):
-    """In %, the largest at the top; bars that stand for nothing are none."""
-    figure, = found.plot()
-    axes = {ax.get_title(loc="left").partition("\n")[0]: ax for ax in figure.axes}
-    for one in found.shown():
-        ax = axes[one.quantity.short or one.quantity.words]
+WORDS = {"program": "program leaves open", "input": "inputs", "smoothing": "smoothing of profiles", "law": "contact law",
+         "others": "the others' sum"}
+REPORTED = {PEAK: "first peak of the left flange", "t_return": "return to the centre"}
+
+
+def walk_causes(figure: Figure, told: dict[str, dict]) -> int:
+    """Walk bars of causes: each as long as the change of the JSON of its case in %, of zero in its unit; the largest at the top,
+    the sum of the others below; in the colour that the legend has for its kind."""
+    heads: dict[str, list[float]] = {}
+
+    def compare_bar(source: object, ax: Axes, bar: Rectangle) -> None:
+        case, _, cause = shown(bar).of.partition(", ")
+        name, _, unit = shown(bar).x.removeprefix("change of ").removesuffix("]").partition(" [")
+        answer, known = told[case]["answers"][name], RESULTS[name]
+        heads_of = {words.partition(" [")[0] for words in (known.words, known.short, known.brief)} | {REPORTED.get(name, "")} - {""}
+        causes = {words: change for words, change in answer["causes"].items() if change is not None}
         names = [label.get_text() for label in ax.get_yticklabels()]
-        widths = [bar.get_width() for bar in ax.patches]
-        assert 1 < len(widths) <= 9 and ax.yaxis_inverted()
-        for name, width in zip(names, widths, strict=True):
-            if name != "others":
-                assert width == pytest.approx(100*one.causes[name]/one.value, rel=1e-12)
-        assert [n for n in names if n != "others"] == list(one.causes)[:len(names) - 1]
-        everything = sum(map(abs, one.causes.values()))
-        assert sum(map(abs, widths)) == pytest.approx(100*everything/one.value)
+        row = round(bar.get_y() + bar.get_height()/2)
+        assert names[row] == cause and ax.yaxis_inverted() and len(names) <= 9
+        assert ax.get_title(loc="left").splitlines()[0].removeprefix(f"{case}, ") in heads_of
+        factor = 100/abs(answer["value"]) if answer["value"] else known.scale
+        assert unit == ("%" if answer["value"] else known.words.partition(" [")[2].removesuffix("]"))
+        change = sum(abs(x) for words, x in causes.items() if words not in names) if cause == "others" else causes.get(cause, 0.0)
+        assert bar.get_width() == pytest.approx(factor*change), shown(bar)
+        heads.setdefault(ax.get_title(loc="left"), []).append(abs(bar.get_width()) if cause != "others" else 0.0)
+
+    def kind_of(bar: Artist) -> str:
+        """The kind of a cause, in words."""
+        case, _, cause = shown(bar).of.partition(", ")
+        kinds = {one["cause"]: one["kind"] for one in told[case]["variations"]} if case else {}
+        return WORDS.get(kinds.get(cause, "others"), WORDS["program"]) if case else ""
+
+    count = walk(figure, {"bar": compare_bar}, None, label=kind_of)
+    assert all(sizes == sorted(sizes, reverse=True) for sizes in heads.values())
+    return count
+
+
+def test_bars_are_the_causes(found: Trust):
+    figure, = found.plot()
+    assert walk_causes(figure, {found.case: json.loads(found.json())}) > 40
+    for one in found.shown():
+        assert any(ax.get_title(loc="left").startswith(one.quantity.short or one.quantity.words) for ax in figure.axes)
 
 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], undrawn: None, found: Trust):
@@ -294,11 +328,7 @@ def test_pages_of_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     drawn = {ax.get_title(loc="left").partition("\n")[0]: ax for ax in page.axes if ax.axison}
     assert set(drawn) == {"ex1_aw, first peak of the left flange", "ex2_aw, first peak of the left flange",
                           "ex2_aw, return to the centre"}, "exercise 1 ends before it returns"
-    for one, name, words in (found[0], PEAK, "first peak of the left flange"), (found[1], "t_return", "return to the centre"):
-        answer, ax = one.answers[name], drawn[f"{one.case}, {words}"]
-        cause, change = next(iter(answer.causes.items()))
-        assert ax.get_yticklabels()[0].get_text() == cause
-        assert ax.patches[0].get_width() == pytest.approx(100*change/answer.value)
+    assert walk_causes(page, {one.case: json.loads(one.json()) for one in found}) > 15
     monkeypatch.setattr("ldbench.report.trusted.trust", None)
     assert [one.facts() for one in kept_trusts(Path("inputs"), Path("outputs"), 2)] == [one.facts() for one in found]
 

@@ -17,10 +17,11 @@ from ldbench.plots.figures import overview_figures
 from ldbench.plots.geometry import geometry_page
 from ldbench.plots.stretches import split, thin
 from ldbench.plots.style import ldbench_style
-from named_artists import artists
+from of_geometry import compare_functions, compare_reach, says
 from reading import Line, differing, words_of
 from specimen import World
-from table import CRC, DEG, MM
+from table import CRC
+from walk import walk
 
 
 @pytest.fixture(autouse=True)
@@ -92,25 +93,10 @@ def test_geometry_page(world: World, tmp_path: Path):
     names, *lines = file.read_text().splitlines()
     column = dict(zip(names.split(), np.array([line.split() for line in lines if line[0] != "#"], float).T, strict=True))
     figure = geometry_page(run, ldbench.read_columns(file))
-    assert {vars(one)["shown"].how for _, one in artists(figure)} == {"functions", "mark"}
     clearance = Line(r"left (\S+), right (\S+) mm", "clearances [mm]", lambda w: (10.18, 16.945), 1e-3)
     assert differing(words_of(figure), [clearance], world, [CRC]) == []
-    axes = by_label(figure)
-    for label, scale, *drawn in (
-            ("contact angle [°]", DEG, "angle_L", "angle_R"), ("rolling radius [mm]", MM, "radius_L", "radius_R"),
-            ("contact position, outward |y| [mm]", MM, "y_L", "-y_R"), ("contact position z [mm]", MM, "z_L", "z_R"),
-            ("Δr = left − right [mm]", MM, "delta_r"), ("equivalent conicity", 1, "conicity"), ("roll Φ [mrad]", 1e3, "roll"),
-            ("height Z [mm]", MM, "Z")):
-        for k, name in enumerate(drawn):
-            x = scale*column[name.lstrip("-")]*(-1 if name[0] == "-" else 1)
-            np.testing.assert_allclose(curve(axes[label], k), x, rtol=1e-12, err_msg=label)
-            shown = vars(axes[label].get_lines()[k])["shown"]
-            unit = label.partition(" [")[2]
-            assert shown.y == (f"{name} [{unit}" if unit else name)
-        if len(drawn) == 2:
-            assert [line.get_label() for line in axes[label].get_lines()[:2]] == ["left", "right"]
-        ends = [line.get_xdata()[0] for line in axes[label].get_lines()[-2:]]
-        assert ends == pytest.approx([-16.945, 10.175], abs=1e-3)
+    compared = {"functions": compare_functions, "mark": compare_reach((10.175e-3, 16.945e-3))}
+    assert walk(figure, compared, column, says=says) == 12 + 16
     np.testing.assert_allclose(column["delta_r"], column["radius_L"] - column["radius_R"], atol=1e-8)
 
 

@@ -22,26 +22,27 @@ Says = Callable[[str, Shown, Any], bool]        # whether a label fits what an a
 UNITLESS = "decoration", "legend", "arrow", "outline", "point", "mark", "shade"      # what has no unit, or that of the other axis
 
 
+def label_of(artist: Artist) -> str:
+    """The words of an artist in a legend, of a bar those of its row of bars; '' of none."""
+    own = next((row for row in artist.axes.containers if artist in row.get_children()), artist).get_label()
+    return "" if str(own or "_").startswith("_") else str(own)
+
+
 def walk(figure: Figure, compared: Mapping[str, Compare], source: Any, others: Mapping[str, Any] | None = None,
-         says: Says | None = None) -> int:
-    """Compare all artists of a page; how many there are. others: sources by the names of what artists are of."""
+         says: Says | None = None, label: Callable[[Artist], str] = label_of) -> int:
+    """Compare all artists of a page; how many there are. others: sources by the names of what artists are of. label: the words of
+    an artist in legends."""
     found = artists(figure)
     for ax, one in found:
         assert "shown" in vars(one), f"nobody says what {one} shows"
         names = shown(one)
         if names.how != "decoration":
             compared[names.how](own := (others or {}).get(names.of, source), ax, one)
-            label = label_of(one)
-            assert says is None or not label or says(label, names, own), (label, names)
-    check_legends(figure)
+            words = label(one)
+            assert says is None or not words or says(words, names, own), (words, names)
+    check_legends(figure, label)
     check_units(figure)
     return len(found)
-
-
-def label_of(artist: Artist) -> str:
-    """The words of an artist in a legend, of a bar those of its row of bars; '' of none."""
-    own = next((row for row in artist.axes.containers if artist in row.get_children()), artist).get_label()
-    return "" if own.startswith("_") else own
 
 
 def check_units(figure: Figure) -> None:
@@ -68,16 +69,16 @@ def look(artist: Artist) -> tuple[Any, ...]:
     return to_rgba(artist.get_facecolor()[0] if isinstance(artist, Collection) else artist.get_facecolor()), "", ""
 
 
-def check_legends(figure: Figure) -> None:
+def check_legends(figure: Figure, label: Callable[[Artist], str] = label_of) -> None:
     """Each entry looks like the curves that have its words; two entries differ; bands have the colours of their curves."""
-    curves = [one for _, one in artists(figure) if label_of(one) and shown(one).how != "range"]
+    curves = [one for _, one in artists(figure) if label(one) and shown(one).how != "range"]
     for legend in (*figure.legends, *(ax.get_legend() for ax in figure.axes if ax.get_legend())):
         own = [one for one in curves if legend.axes is None or one.axes is legend.axes]
         entries = {text.get_text(): look(handle) for handle, text in zip(legend.legend_handles, legend.texts, strict=True)}
         assert len(set(entries.values())) == len(entries), "two entries look alike"
         for words, seen in entries.items():
             assert not words.startswith("_"), "an entry without words"
-            looks = {look(one) for one in own if label_of(one) == words}
+            looks = {look(one) for one in own if label(one) == words}
             assert looks == {seen}, (words, looks, seen)
     for ax, one in artists(figure):
         if shown(one).how in ("rows", "range", "mean", "arrow", "point", "solved"):

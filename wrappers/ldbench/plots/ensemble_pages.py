@@ -40,8 +40,6 @@ def variable_page(dataset: xr.Dataset, variable: str, shown: Sequence[str]) -> F
     """The results over one variable, a panel each. A curve joins the members in which all other variables are the same, if there is
     at most one other variable and it has few values; else members are points."""
     of_variable = dataset[variable]
-    unit = of_variable.attrs["units"]
-    label = f"{variable} [{unit}]" if unit != "1" else variable
     others = [name for name in variables_of(dataset) if name != variable]
     joined = variable in dataset.dims and (not others or (len(others) == 1 and dataset[others[0]].size <= MOST_LINES))
     failed = int((dataset.error.values != "").sum())
@@ -54,27 +52,33 @@ def variable_page(dataset: xr.Dataset, variable: str, shown: Sequence[str]) -> F
     for unused in axes[len(shown):]:
         unused.remove()
     for ax in axes[max(len(shown) - COLUMNS, 0):len(shown)]:
-        ax.set_xlabel(plain(label))
+        ax.set_xlabel(plain(axis_of(dataset, variable)))
         ax.tick_params(labelbottom=True)
     if joined and others:
         legend_of_page(figure, axes[0].get_lines())
     return figure
 
 
+def axis_of(dataset: xr.Dataset, variable: str) -> str:
+    """A variable with its unit."""
+    unit = str(dataset[variable].attrs["units"])
+    return named(variable, unit if unit != "1" else "")
+
+
 def draw_result(ax: Axes, dataset: xr.Dataset, variable: str, name: str, others: Sequence[str] | None) -> None:
     """One result over one variable; others: the variables of whose values each has a curve, None for points alone."""
-    known = OUTCOME[name]
+    known, across = OUTCOME[name], axis_of(dataset, variable)
     result = dataset[name]*known.scale
     ax.set_title(plain(known.label), loc="left", pad=3)
     ax.margins(0.04, 0.08)
     if others is None:
         x, y = (one.values.ravel() for one in (dataset[variable].broadcast_like(result), result))
         dots, = ax.plot(x, y, ".", color=SERIES[0].color, markersize=3)
-        shows(dots, named(name, known.unit), variable, "members")
+        shows(dots, named(name, known.unit), across, "members")
         return
     values = dataset[others[0]].values.tolist() if others else []
     curves = [(f"{others[0]} = {value:g}" if isinstance(value, float) else f"{others[0]} = {value}", result.isel({others[0]: k}))
               for k, value in enumerate(values)] or [("", result)]
     for (words, curve), line in zip(curves, SERIES, strict=False):
         joined, = ax.plot(dataset[variable].values, curve.values, marker=".", markersize=3, label=plain(words), **line.kwargs())
-        shows(joined, named(name, known.unit), variable, "members", words)
+        shows(joined, named(name, known.unit), across, "members", words)
