@@ -170,7 +170,8 @@ def drawing(documents: Sequence[Document], jobs: int | None = None,
     with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), known) as pool:
         tasks: list[Future[list[Part]]] = [pool.submit(call_known, n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
         for task, (_, bundle) in zip(tasks, work, strict=True):
-            task.add_done_callback(lambda _, drawn=len(bundle): [done() for _ in range(drawn)])
+            for _ in bundle:
+                task.add_done_callback(lambda _: done())
         fronts = {}
         for k, one in enumerate(documents):
             with ldbench_style():
