@@ -37,6 +37,8 @@ LETTERS = 165   # of a line of its words
 TOP, BOTTOM, LINE = 0.88, 0.09, 0.0205      # of its lines, over the height of the page
 Rectangle = tuple[float, float, float, float]       # left, bottom, right, top [pt]
 Fine = tuple[Recomputed, Recomputed]        # around the first and the hardest contact of the left flange
+BUNDLE = 3      # chapters that share a file, at most
+FILES = 4       # of a document, at least, where it has as many chapters
 TITLE = "ldbench: plots of all results"
 EXTRAS = "more pages"       # about a run than the call asks for
 
@@ -151,27 +153,34 @@ def save_document(chapters: Iterable[Chapter], target: Path, title: str) -> int:
         return bind(save_parts(Path(scratch)/"pages.pdf", chapters), target, title)
 
 
+def bundles(chapters: Sequence[Chapter]) -> list[Sequence[Chapter]]:
+    """Chapters that share a file, and its fonts: of a few chapters each has its own, so that they are drawn side by side."""
+    size = min(BUNDLE, -(-len(chapters)//FILES))
+    return [chapters[first:first + size] for first in range(0, len(chapters), size or 1)]
+
+
 @contextmanager
 def drawing(documents: Sequence[Document], jobs: int | None = None,
             done: Callable[[], None] = lambda: None) -> Iterator[Callable[[Path], int]]:
     """Start drawing in worker processes, and give the function that waits for the pages of a document, by its target, and writes
-    it; it returns their number. `done` is called after each chapter that is drawn there."""
+    it; it returns their number. `done` is called for each chapter that is drawn there."""
     # The processes have the runs as they are forked; nothing is sent to them.
-    work = [partial(save_parts, chapters=[chapter]) for one in documents for chapter in one.chapters]
-    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), work) as pool:
+    work = [(one.target, bundle) for one in documents for bundle in bundles(one.chapters)]
+    known = [partial(save_parts, chapters=bundle) for _, bundle in work]
+    with tempfile.TemporaryDirectory() as scratch, processes(jobs, len(work), known) as pool:
         tasks: list[Future[list[Part]]] = [pool.submit(call_known, n, Path(scratch)/f"{n}.pdf") for n in range(len(work))]
-        for task in tasks:
-            task.add_done_callback(lambda _: done())
-        fronts, first, own = {}, 0, {}
+        for task, (_, bundle) in zip(tasks, work, strict=True):
+            for _ in bundle:
+                task.add_done_callback(lambda _: done())
+        fronts = {}
         for k, one in enumerate(documents):
             with ldbench_style():
-                fronts[one.target] = save_parts(Path(scratch)/f"front{k}.pdf", list(one.front))
-            own[one.target] = one, tasks[first:first + len(one.chapters)]
-            first += len(one.chapters)
+                fronts[one.target] = one, save_parts(Path(scratch)/f"front{k}.pdf", list(one.front))
 
         def finish(target: Path) -> int:
-            one, rest = own[target]
-            return bind([*fronts[target], *(part for task in rest for part in task.result())], target, one.title, one.words)
+            one, front = fronts[target]
+            rest = [part for task, (own, _) in zip(tasks, work, strict=True) if own == target for part in task.result()]
+            return bind([*front, *rest], target, one.title, one.words)
 
         yield finish
 

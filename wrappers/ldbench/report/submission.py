@@ -23,6 +23,7 @@ from .._core.pools import in_threads
 from .._core.wording import counted
 from ..case import Case
 from ..constants import DESCRIPTION
+from ..ensembles.members import table_keys
 from ..plots.document import Document, drawing, extra_chapters, general_chapters, run_chapters, summary_chapter
 from ..plots.energies import is_ramp
 from ..plots.figures import by_pair
@@ -187,11 +188,13 @@ def kept_twins(jobs: Sequence[Job], workers: int, force: bool = False) -> dict[s
     """The answers of the twins by the names of the cases, in the order of `TWINS`. The twins of a case run anew where something
     they depend on has changed since their answers were kept."""
     def work(task: tuple[str, int, Case], tell: Progress) -> dict[str, Any]:
-        return summary_row(compute(task[2], tell))
+        return summary_row(compute(task[2], tell, tables[key(task[2])]))
 
     depends = {job.name: stamped(job.product, Path()) for job in jobs}
     stale = [job for job in jobs if force or not is_up_to_date(twins_file(job), depends[job.name])]
     tasks = [(job.name, k, twin) for job in sorted(stale, key=lambda job: -job.cost) for k, twin in enumerate(twin_cases(job.case))]
+    key = table_keys()
+    tables = {table: ContactTable(case) for table, case in {key(job.case): job.case for job in stale}.items()}
     made: dict[str, dict[int, dict[str, Any]]] = {job.name: {} for job in stale}
     with tqdm(total=len(tasks), desc="twins", disable=None, leave=False) as bar:
         for (name, k, _), row in in_threads(work, tasks, workers):
