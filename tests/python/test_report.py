@@ -127,7 +127,7 @@ def test_authors_come_from_the_description(tmp_path: Path):
 
 
 def test_what_bodies_change():
-    """The least and the largest change of an answer over the runs with bodies; an answer that the twins do not share tells nothing."""
+    """The least and the largest change of an answer over the runs with bodies; none of an answer that the twins do not share."""
     peaks, impulses, returns = (200e3, 200e3, 190e3, 150e3, 900e3), (1e3, 1e3, 1.02e3, 1.01e3, 5.0), (0.5, 0.6, 0.4, 0.3, 9.0)
     kinds = ("twin", "a"), ("bodies", "b"), ("bodies", "c"), ("law", "d")
     one = Trust("ex2_aw", "", kinds, {"first_peak_N_LF": peaks, "first_impulse_LF": impulses, "t_return": returns,

@@ -491,6 +491,7 @@ ABSTRACT_LABELS = [
     r"(?<=[.\d] )\d (?=The program|Contact geometry|Normal force|Integrator|Results|Limits)", r"References \[1\].*$",
     r"(?:(?<= )[-−]?\d[\d.]* ){3,}", r"\d{15,} y \[mm\](?: [-−\d]+)+", r"0\.1 1 lateral velocity \[m/s\] 1000 10000",
     r"10 100 1000(?=N of)",
-    r"= 1 2 ?[∬∫]", r"𝑘 = 3 4", r"\(1 ?− ?𝜈2\)", r"𝑈 = 2 5", r"≥ ?0", r"𝛽 = ?0", r"𝑀−1", r"𝑖 ?= ?1,…,6", r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
+    r"= 1 2 ?[∬∫]", r"𝑘 = 3 4", r"\(1 ?− ?𝜈2\)", r"𝑈 = 2 5", r"≥ ?0", r"𝛽 = ?0", r"𝑀−1", r"𝑖 ?= ?1,…,6",
+    r"e = (?:1|0\.5|0)\b", r"force and 5 kN",
     r"of 8 twins|up to 3 µm|than 0\.1 %", r"\(\S+ to \S+\)(?: kN| s| GPa)?", r"about 1\.6 times", r"tables have [\d× +]+points",
     r"\(APTA 140M and 240\).*?exercise 5 by up to \S+ %"]          # test_docs: spread.json has what the check measured

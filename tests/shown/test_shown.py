@@ -280,8 +280,8 @@ def changed_by_bodies(world: World, text: str) -> Iterator[Line]:
         shared = bool(value and own) and max(abs(x/value - 1) for x in twins) <= 1e-3
         for k, end in enumerate((min, max)):
             behind = r"\S+ to " if k and re.search(rf"{words} [^\s\[]+ to ", text) else ""
-            yield Line(rf"{words} {behind}(?!\[)(\S+)", f"{words}: {end.__name__} by bodies [%]",
-                       lambda w, x=100*(end(own)/value - 1) if shared else np.nan: x)
+            change = 100*(end(own)/value - 1) if shared else np.nan
+            yield Line(rf"{words} {behind}(?!\[)(\S+)", f"{words}: {end.__name__} by bodies [%]", lambda w, x=change: x)
 
 
 def test_abstract(world: World):

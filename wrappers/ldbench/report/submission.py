@@ -76,7 +76,8 @@ def make_report(inputs: Path, outputs: Path, jobs: int, force: bool = False) -> 
         variants = results.find_variants(files)
         sources = {
             plotted: [*files, *sampled], more: [*files, compared, kept_file(outputs)], summary: [*files, *sampled],
-            written: [*files, *sampled, compared, kept_file(outputs), description], shown: [*files, *sampled, *variants, kept_file(outputs)]}
+            written: [*files, *sampled, compared, kept_file(outputs), description],
+            shown: [*files, *sampled, *variants, kept_file(outputs)]}
         known = {file: stamped(file, Path()) if file in files else hashes([file], Path())
                  for file in {file for some in sources.values() for file in some}}
         depends = {product: {name: x for file in some for name, x in known[file].items()} for product, some in sources.items()}
