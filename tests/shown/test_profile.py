@@ -11,24 +11,28 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from PIL import Image
 from pypdf import PdfReader
 
+import ldbench
 from ldbench import Profile
 from ldbench.__main__ import main
 from ldbench.commands import profile as command
 from ldbench.conicity import FINE_PITCH, equivalent_conicity, linearised_conicity
 from ldbench.geometry.pair import Pair, pair
 from ldbench.plots.geometry import contact_lines, pair_page
-from ldbench.plots.profile_page import wheel_dimensions
+from ldbench.plots.profile_page import profile_page, wheel_dimensions
 from ldbench.plots.sheets import save_sheets
 from ldbench.plots.style import ldbench_style
+from named_artists import artists, shown
 from of_geometry import compare_contact_line, compare_functions, compare_raised, compare_reach, says
-from probes import profile
+from probes import gaps, profile, tangent_angles
 from reading import Line, differing
 from running import REPO
-from table import CRC
+from table import CRC, MM
 from walk import walk
 
 RAIL, WHEEL, RIGHT = (REPO/f"profiles/{name}.yz" for name in ("arprof", "awprof", "swprof"))
@@ -139,6 +143,70 @@ def test_dimension_lines_are_as_long_as_the_measures():
         along = np.abs(np.subtract(last, first))
         assert along.max() == pytest.approx(1e3*found.measures[measure], abs=1e-9) and along.min() < 1e-9
     assert lines["Sd"][0][0] == 0 and lines["Sh"][0][1] == pytest.approx(1e3*found.smooth.z.min())
+
+
+def compare_points(points: np.ndarray, ax: Axes, dots: Line2D) -> None:
+    """The points of the file, or how far they are from the curve that is drawn above."""
+    assert dots.get_xdata() == pytest.approx(MM*points[:, 0], abs=1e-9)
+    if shown(dots).y == "z [mm]":
+        assert dots.get_ydata() == pytest.approx(MM*points[:, 1], abs=1e-9)
+    else:
+        shape, = (one for one in ax.get_figure().axes if one.get_title(loc="left") == shown(dots).of)
+        lines = [line for line in shape.lines if shown(line).how.startswith("part ")]
+        y, z = np.nanmax([line.get_xdata() for line in lines if len(line.get_xdata())], axis=0), lines[0].get_ydata()
+        away = 1e3*gaps(MM*points, np.column_stack([y, z])[np.isfinite(y)])
+        assert ax.get_ylabel() == "distance [µm]" and np.median(np.abs(np.abs(away) - np.abs(dots.get_ydata()))) < 0.2
+
+
+def compare_curve(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """Angle and curvature of the curve through the points, beside those of the polyline of the file."""
+    angle = np.unwrap(tangent_angles(points))
+    along = np.hypot(*np.gradient(points, axis=0).T)
+    words, truth = {"tangent angle [°]": ("tangent angle [°]", np.degrees(angle)),
+                    "curvature [1/m]": ("curvature [1/m]", np.gradient(angle)/along)}[shown(line).y]
+    assert ax.get_ylabel() == words and shown(line).x == "y [mm]"
+    y, x = (np.asarray(data, float) for data in line.get_data())
+    near = np.array([np.abs(x[np.argsort(np.abs(y - MM*point))[:9]] - value).min() for point, value in
+                     zip(points[5:-5:9, 0], truth[5:-5:9], strict=True)])
+    assert np.median(near) < 0.02*np.percentile(np.abs(truth), 90), shown(line)
+
+
+def compare_part(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """On the points of the file."""
+    curve = line.get_xydata()[np.isfinite(line.get_xdata())]
+    assert np.abs(gaps(curve/MM, points)).max() < 1e-4, shown(line)
+
+
+def compare_mark(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """70 mm from the back of the wheel."""
+    assert shown(line).y == "tape circle" and set(line.get_xdata()) == {70.0}
+
+
+def compare_gauge(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """On the side of the rail's head, 14 mm below its top or as deep as the case says."""
+    point, = line.get_xydata()
+    assert np.abs(gaps(line.get_xydata()/MM, points)).max() < 1e-4
+    assert MM*points[:, 1].max() - point[1] == pytest.approx(MM*ldbench.Case().gauge_depth, abs=0.1)
+
+
+SMOOTHING = 2e-5        # of one wheel [m]
+
+
+@pytest.mark.parametrize("smoothing", [None, MM*SMOOTHING])
+def test_the_page_of_profiles_shows_the_points_of_the_files(smoothing: float | None, told: Told):
+    """Points, parts, angle and curvature of wheel and rail, dimension lines and marks."""
+    wheel = Profile(WHEEL) if smoothing is None else Profile(WHEEL, smoothing=smoothing)
+    with ldbench_style():
+        figure = profile_page([wheel, Profile(RAIL)], told.pair, "note")
+    points = {"wheel": profile("awprof"), "rail": profile("arprof")}
+    curves = {"through the points", *(shown(one).how for _, one in artists(figure) if "smoothed" in shown(one).how)}
+    parts = {shown(one).how for _, one in artists(figure) if shown(one).how.startswith("part ")}
+    compared = {**dict.fromkeys(curves, compare_curve), **dict.fromkeys(parts, compare_part), "points": compare_points,
+                "end of a zone": compare_part, "mark": compare_mark, "gauge point": compare_gauge}
+    assert walk(figure, compared, None, points, lambda label, names, _: label in (names.how, names.how.removeprefix("part "))) > 20
+    titles = {words: {shown(one).of for one in ax.lines} - {""} for ax in figure.axes if (words := ax.get_title(loc="left"))}
+    assert titles == {"wheel": {"wheel"}, "rail": {"rail"}}
+    assert len(curves) == (1 if smoothing is None else 2)
 
 
 @pytest.mark.parametrize("side", [1, -1])
