@@ -202,8 +202,8 @@ def bodies_facts(trusted: Sequence[Trust]) -> dict[str, Any] | None:
         "names": list(known),
         "rows": [[OUTCOME[name].short or OUTCOME[name].words, *(change_words(*found) if found else UNKNOWN for found in row)]
                  for name, row in rows.items() if not name.startswith("F_limit")],       # the same in all runs of a pair
-        "over_all": {name: change_words(min(low for low, _ in found), max(high for _, high in found))
-                     for name, row in rows.items() if (found := [one for one in row if one])}}
+        "over_all": {name: change_words(min(low for low, _ in changes), max(high for _, high in changes))
+                     for name, row in rows.items() if (changes := [one for one in row if one])}}
 
 
 def change_by_bodies(one: Trust, name: str) -> tuple[float, float] | None:

@@ -20,9 +20,9 @@ from pathlib import Path
 
 from ldbench import Error
 from ldbench.commands.options import add_json, print_json
+from ldbench.constants import DESCRIPTION
 from ldbench.tools import counted
 
-from ..submissions import DESCRIPTION
 from ..submit import check_own, gather, send, write_template
 
 
