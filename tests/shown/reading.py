@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,3 +80,31 @@ def words_of(figure: Figure) -> str:
             rows.setdefault((text.axes, round(text.get_position()[1], 6)) if text.axes else (text,), []).append(text)
     return "\n".join(" ".join(text.get_text() for text in sorted(row, key=lambda text: text.get_position()[0]))
                      for row in rows.values())
+
+
+def numbers_in(told: Any, path: str = "") -> dict[str, float | None]:
+    """Numbers and nulls of JSON by their places, as `events.0.t`; words and truth values have none."""
+    if isinstance(told, dict | list):
+        parts = told.items() if isinstance(told, dict) else enumerate(told)
+        return {place: x for name, part in parts for place, x in numbers_in(part, f"{path}.{name}" if path else str(name)).items()}
+    return {path: told} if told is None or (isinstance(told, int | float) and not isinstance(told, bool)) else {}
+
+
+def numbers_that_differ(told: Any, truths: Mapping[str, Any]) -> list[str]:
+    """What is wrong in JSON: numbers that differ from what they must be, and numbers that nobody accounts for.
+
+    truths: by patterns of places, the first that fits counts: a number, or one with a share and an absolute error that it may have,
+    or None for null, or a function of the match that gives any of these.
+    """
+    wrong = []
+    for place, x in numbers_in(told).items():
+        found = next(((match, truth) for pattern, truth in truths.items() if (match := re.fullmatch(pattern, place))), None)
+        if not found:
+            wrong.append(f"nobody accounts for {place} = {x}")
+            continue
+        truth = found[1](found[0]) if callable(found[1]) else found[1]
+        given = truth if isinstance(truth, tuple) else (truth,)
+        value, share, slack = *given, *(1e-8, 0.0)[len(given) - 1:]
+        if (x is None) != (value is None) or (x is not None and abs(x - value) > share*abs(value) + slack):
+            wrong.append(f"{place}: {x}, expected {value}")
+    return wrong

@@ -4,11 +4,16 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrow, Polygon
 from matplotlib.text import Text
 from PIL import Image
 from pypdf import PdfReader
@@ -16,15 +21,19 @@ from pypdf import PdfReader
 import ldbench
 from invented import altered
 from ldbench.__main__ import main
+from ldbench.plots.named import Shown
 from ldbench.plots.style import SERIES, ldbench_style
 from ldbench.results.run_data import RunData
 from ldbench.viewer import film
 from ldbench.viewer.film import Picture
+from named_artists import artists, shown
+from of_runs import COMPARED
 from probes import gaps, left_rail, left_wheel, turned
-from raw import PAIR
+from raw import PAIR, Raw
 from reading import Line, differing, words_of
 from specimen import World
 from table import COLUMNS, DEG, KN, MM, WORDS
+from walk import Compare, label_of, walk
 
 
 def drawn(*runs: RunData, end: float = 0.1) -> Picture:
@@ -76,66 +85,85 @@ def test_one_run(world: World):
     assert drawn(world.run("ex2_aw"), end=0.01).scenes[1].scale_force < 0.2*picture.scenes[1].scale_force
 
 
+def at(raw: Raw, t: float, *names: str) -> np.ndarray:
+    """Columns at a moment, between rows."""
+    return np.array([np.interp(t, raw.t, raw.c[name]) for name in names])
+
+
+def comparisons(picture: Picture, t: float) -> dict[str, Compare]:
+    """What a picture shows at a moment."""
+    def compare_force(raw: Raw, ax: Axes, arrow: FancyArrow) -> None:
+        """By the scale beside it; its point is the tail."""
+        contact, scene = shown(arrow).y[-2:], next(one for one in picture.scenes if one.ax is ax)
+        assert (shown(arrow).y, shown(arrow).x) == (f"Fz_{contact}", f"Fy_{contact}")
+        force = at(raw, t, f"Fy_{contact}", f"Fz_{contact}")
+        assert arrow.get_visible() == (np.hypot(*force) > 1)
+        if arrow.get_visible():
+            corners, unit = arrow.get_xy(), np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
+            assert corners[0] - (corners[3] + corners[4])/2 == pytest.approx(unit*force, abs=1e-9)
+        same_colour(contact, arrow.get_facecolor())
+
+    def compare_place(raw: Raw, ax: Axes, point: Line2D) -> None:
+        """In the frame of the track."""
+        contact = shown(point).y[2:4]
+        assert point.get_visible() == (at(raw, t, f"N_{contact}")[0] > 1)
+        if point.get_visible():
+            assert point.get_xydata()[0] == pytest.approx(at(raw, t, f"y_{contact}", f"z_{contact}"), rel=1e-9)
+        same_colour(contact, point.get_color())
+
+    def same_colour(contact: str, colour: Any) -> None:
+        """A contact of a single run has the colour of its curve."""
+        if not picture.several:
+            curve = next(line for line in picture.charts[f"N_{contact}"].lines if shown(line).y.startswith(f"N_{contact} "))
+            assert to_hex(colour) == to_hex(curve.get_color()), contact
+
+    def compare_body(raw: Raw, ax: Axes, body: Polygon) -> None:
+        """Wheels are where the columns have them, rails where the profile is."""
+        what, _, side = shown(body).y.partition(" ")
+        sign, letter = {"left": 1, "right": -1}.get(side, 0), side[:1].upper()
+        if what == "wheel":
+            pose = at(raw, t, "Y", "Z") + [0, raw.setting("axle_height")]
+            expected = turned(left_wheel(PAIR[letter]), sign*(raw.setting("axle_roll") + at(raw, t, "roll")[0]))*[sign, 1] + pose
+            assert np.abs(gaps(expected, body.get_xy())).max() < 1e-4
+        elif what == "rail":
+            assert np.abs(gaps(left_rail(PAIR[letter])*[sign, 1], body.get_xy())).max() < 1e-4
+        else:
+            assert what == "axle"
+
+    def compare_moment(raw: Raw, ax: Axes, line: Line2D) -> None:
+        """The moment of the picture in all charts."""
+        assert shown(line).x == "time [ms]" and line.get_xdata() == pytest.approx([1e3*t]*2)
+
+    return {**COMPARED, "force": compare_force, "place": compare_place, "body": compare_body, "moment": compare_moment,
+            "scale": lambda *_: None}
+
+
 @pytest.mark.parametrize("names", [["ex2_aw"], ["ex2_aw", "ex3_aw"]], ids=len)
 def test_everything_that_is_drawn_has_a_name(names: list[str], world: World):
-    """Each line and area of charts and scenes says what it shows, and is that: curves with their legends and units, points, arrows
-    by the scale beside them, wheels and rails of their sides. A part without a name fails."""
+    """Curves of charts with their legends and units; points, arrows by the scale beside them, wheels and rails of their sides."""
     raws = {name: world.raw(name) for name in names}
     picture = drawn(*(world.run(name) for name in names))
     t = world.thrown.t[world.thrown.first_peak("RF")]
     figure = picture.still_figure(t)
-    seen = set()
+
+    def words_of_run(one: Artist) -> str:
+        """A picture of several runs has the words of each in its title."""
+        if len(names) == 1:
+            return label_of(one)
+        titles = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+        return next((words for words in titles if words.startswith(f"{shown(one).of}: ") and shown(one).how == "rows"), "")
+
+    def says(label: str, names: Shown, raw: Raw) -> bool:
+        return (label in COLUMNS and names.y == f"{COLUMNS[label][0]} [{COLUMNS[label][1]}]") or label.startswith(f"{names.of}: ")
+
     for ax in figure.axes:
-        legend = ax.get_legend()
-        looks = {text.get_text(): (handle.get_color(), handle.get_linestyle()) for handle, text in
-                 zip(legend.get_lines(), legend.get_texts(), strict=True)} if legend else {}
-        scene = next((one for one in picture.scenes if one.ax is ax), None)
-        unit = scene and np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
-        for artist in (*ax.lines, *ax.patches):
-            what, whose, *more = (artist.get_gid() or "nothing").split(".")
-            if what == "cursor":
-                assert artist.get_xdata() == pytest.approx([1e3*t]*2)
-            if what in ("cursor", "scale"):
-                continue
-            raw = raws[more[0]]
-            seen.add((what, whose, more[0]))
-            if what == "column":
-                words, shown, scale = next((words, unit, scale) for words, (name, unit, scale) in COLUMNS.items() if name == whose)
-                label = ax.get_ylabel() or ax.get_title(loc="left")
-                assert label.endswith(f"[{shown}]") and words.startswith(label.partition(" [")[0]) and more[1] == shown
-                assert artist.get_label() == words
-                assert words in looks or label == f"{words} [{shown}]"
-                look = artist.get_color(), artist.get_linestyle()
-                assert looks.get(words, look) == look
-                inside = raw.t <= 0.1
-                np.testing.assert_allclose(artist.get_xydata()[:inside.sum()],
-                                           np.column_stack([1e3*raw.t, scale*raw.c[whose]])[inside])
-            elif what in ("contact", "force"):
-                point, force = ([np.interp(t, raw.t, raw.c[f"{name}_{whose}"]) for name in some]
-                                for some in (("y", "z"), ("Fy", "Fz")))
-                closed = np.hypot(*force) > 1
-                assert artist.get_visible() == closed, (what, whose)
-                if what == "contact" and closed:
-                    assert artist.get_xydata()[0] == pytest.approx(point, rel=1e-9)
-                elif closed:
-                    corners = artist.get_xy()
-                    assert corners[0] - (corners[3] + corners[4])/2 == pytest.approx(unit*np.array(force), abs=1e-9)
-                if len(names) == 1:
-                    chart = next(line for line in picture.charts[f"N_{whose}"].get_lines()
-                                 if (line.get_gid() or "").startswith(f"column.N_{whose}."))
-                    colour = artist.get_color() if what == "contact" else artist.get_facecolor()
-                    assert to_hex(colour) == to_hex(chart.get_color())
-            elif what == "wheel":
-                sign = {"L": 1, "R": -1}[whose]
-                roll = raw.setting("axle_roll") + np.interp(t, raw.t, raw.c["roll"])
-                pose = [np.interp(t, raw.t, raw.c["Y"]), raw.setting("axle_height") + np.interp(t, raw.t, raw.c["Z"])]
-                expected = turned(left_wheel(PAIR[whose]), sign*roll)*[sign, 1] + pose
-                assert np.abs(gaps(expected, artist.get_xy())).max() < 1e-4
-            elif what == "rail":
-                assert np.abs(gaps(left_rail(PAIR[whose])*[{"L": 1, "R": -1}[whose], 1], artist.get_xy())).max() < 1e-4
-            else:
-                assert (what, whose) == ("axle", "wheelset"), artist
-    assert {whose for what, whose, _ in seen if what == "force"} == set(WORDS)
+        for legend in [ax.get_legend()] if ax.get_legend() else []:
+            assert {text.get_text() for text in legend.get_texts()} == {line.get_label() for line in ax.lines if label_of(line)}
+        for line in (line for line in ax.lines if shown(line).how == "rows"):
+            column, label = shown(line).y.partition(" [")[0], ax.get_ylabel() or ax.get_title(loc="left")
+            assert COLUMNS[line.get_label()][0] == column and line.get_label().startswith(label.partition(" [")[0])
+    assert walk(figure, comparisons(picture, t), None, raws, says, words_of_run) > 40
+    assert {shown(one).y[-2:] for _, one in artists(figure) if shown(one).how == "force"} == set(WORDS)
     assert [scene.ax.get_title() for scene in picture.scenes] == ["", "left wheel", "right wheel"]
     assert all(np.sign(np.mean(scene.ax.get_xlim())) == side for scene, side in zip(picture.scenes[1:], (1, -1), strict=True))
 

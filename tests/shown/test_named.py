@@ -101,6 +101,12 @@ def test_sheets(title: str, name: str, world: World):
     assert min(text.get_fontsize() for text in words) >= SIZE >= 8
 
 
+def test_every_page_of_the_report_is_named(world: World):
+    """Those of the abstract and of the extras, too."""
+    assert [file.name for file in world.folder.glob("*.unnamed")] == []
+    assert len(list((world.folder/"sheets").iterdir())) > 20
+
+
 def test_a_flange_that_is_not_touched_is_told(world: World):
     """In words, in the place of its panels."""
     run = world.run("ex2_aw")

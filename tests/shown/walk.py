@@ -19,7 +19,8 @@ from table import COLOURS, WORDS
 
 Compare = Callable[[Any, Axes, Any], None]      # of a source of numbers, the axes and an artist
 Says = Callable[[str, Shown, Any], bool]        # whether a label fits what an artist shows of a source
-UNITLESS = "decoration", "legend", "arrow", "outline", "point", "mark", "shade"      # what has no unit, or that of the other axis
+# What has no unit, or that of the other axis.
+UNITLESS = "decoration", "legend", "arrow", "outline", "point", "mark", "shade", "body", "force", "place", "scale"
 
 
 def label_of(artist: Artist) -> str:

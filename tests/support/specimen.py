@@ -15,6 +15,7 @@ import ldbench
 from ldbench.__main__ import main
 from ldbench.plots import document
 from ldbench.runs import compute
+from named_artists import all_named
 from raw import Raw
 from reading import words_of
 from running import kept_tables
@@ -57,10 +58,13 @@ read = cache(ldbench.read_run)
 
 
 def noting(save: Callable[..., object], folder: Path) -> Callable[..., object]:
-    """`document.save_parts`, which also notes the words of each figure that it draws, under chapter and title."""
+    """`document.save_parts`, which also notes the words of each figure that it draws, under chapter and title, and the figures with
+    an artist that nobody named, in files with the ending .unnamed."""
     def noted(chapter: str, pages: Iterable[tuple[str, Figure]]) -> Iterator[tuple[str, Figure]]:
         for title, figure in pages:
             (folder/f"{chapter}: {title}").write_text(words_of(figure), encoding="utf-8")
+            if not all_named(figure):
+                (folder.parent/f"{chapter}: {title}.unnamed").touch()
             yield title, figure
 
     def save_noted(target: Path, chapters: Sequence[tuple[str, Iterable[tuple[str, Figure]]]]) -> object:

@@ -20,6 +20,7 @@ from .._core.errors import Error
 from .._core.files import check_ending, complete
 from .._core.optional import needed
 from ..case import Case
+from ..plots.named import name, shows
 from ..plots.sheets import save_pages, svg
 from ..plots.style import CONTACT_LINES, GREY, SERIES, ldbench_style, plain
 from ..results.quantities import quantity
@@ -139,8 +140,8 @@ class Picture:
         self.value_font = font("DejaVu Sans", 9 if n == 1 else 8 if n < 5 else 7)
         self.charts: dict[str, Axes] = {}
         self.draw_charts(panels)
-        self.cursors = [ax.axvline(color=GREY, linewidth=1.0, animated=True, gid=f"cursor.{k}")
-                        for k, ax in enumerate(dict.fromkeys(self.charts.values()))]
+        self.cursors = [shows(ax.axvline(color=GREY, linewidth=1.0, animated=True), "", name("time", self.unit), "moment")
+                        for ax in dict.fromkeys(self.charts.values())]
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)   # what does not move is drawn once
 
@@ -185,9 +186,9 @@ class Picture:
             for column in (c for c in columns if c in actor.columns):
                 known = quantity(column)
                 line = actor.line if self.several else CONTACT_LINES.get(column.rpartition("_")[2], SERIES[0])
-                t, x = (actor.part(name, self.start, self.end) for name in ("time", column))
-                ax.plot(self.scale*t, known.scale*x, label=plain(known.words), gid=f"column.{column}.{actor.run.name}.{known.unit}",
-                        **line.kwargs())
+                t, x = (actor.part(one, self.start, self.end) for one in ("time", column))
+                curve, = ax.plot(self.scale*t, known.scale*x, label=plain(known.words), **line.kwargs())
+                shows(curve, name(column, known.unit), name("time", self.unit), of=actor.run.name)
         if len(columns) > 1:
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=1 if self.layout.narrow else 2, borderaxespad=0.1,
                       fontsize=8)
@@ -234,11 +235,11 @@ class Picture:
         wide, anchor = ("", "la") if place.clock_below else (10, "ra")
         yield place.clock, f"{1e3*t:{wide}.3f} ms   {self.speed}".rstrip(), self.clock_font, anchor
         for k, actor in enumerate(self.actors):
-            name = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
-            yield (place.edge, place.values - k*place.row), name + actor.pose_words(t), self.value_font, "la"
+            head = f"{clipped(actor.run.name, 20)}:  " if self.several else ""
+            yield (place.edge, place.values - k*place.row), head + actor.pose_words(t), self.value_font, "la"
             below = place.forces - k*place.row
             for side, (left, _, width, _) in zip(("left", "right"), place.scenes[1:], strict=True):
-                yield (left + width/2, below), name + actor.force_words(side, t), self.value_font, "ma"
+                yield (left + width/2, below), head + actor.force_words(side, t), self.value_font, "ma"
 
 
 def clipped(words: str, length: int) -> str:

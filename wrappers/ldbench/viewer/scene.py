@@ -14,6 +14,7 @@ from ..case import Case
 from ..constants import CONTACT_NAMES, CONTACTS, DEG, KN, MM, SIDES
 from ..geometry.outlines import Outlines, run_outlines, turned
 from ..number_text import force_text, number_text
+from ..plots.named import shows
 from ..plots.stretches import rows_between
 from ..plots.style import BLACK, CONTACT_LINES, GREY, Line
 from ..results.contact_intervals import is_closed
@@ -117,32 +118,31 @@ class Scene:
                 continue
             for rail in rails:
                 foot = [[rail[-1, 0], -0.2], [rail[0, 0], -0.2]]
-                self.ax.fill(*np.vstack([rail, foot]).T, gid=self.named("rail", actor, "L" if rail[0, 0] > 0 else "R"),
-                             **(outline_look(actor.line) if drawn else RAIL))
+                shape, = self.ax.fill(*np.vstack([rail, foot]).T, **(outline_look(actor.line) if drawn else RAIL))
+                shows(shape, f"rail {'left' if rail[0, 0] > 0 else 'right'}", how="body", of=actor.run.name)
             drawn.append(points)
             self.rails.append(actor.line)
 
     def add_wheelset(self, k: int, actor: Actor, outlines: Outlines) -> None:
         """Draw the wheels and the axle of a run with contact points and forces; all of them move."""
-        shown = {self.named("wheel", actor, "L" if s > 0 else "R"): np.vstack([one.wheel, one.wheel[::-1]*[1, -1]])*[s, 1]
+        shown = {f"wheel {'left' if s > 0 else 'right'}": np.vstack([one.wheel, one.wheel[::-1]*[1, -1]])*[s, 1]
                  for one, s in outlines.sides if self.side in (0, s)}
         if not self.side:
             a, b = (s*one.wheel[:, 0].min() for one, s in outlines.sides)       # ends of the axle, between the wheels
-            shown = {self.named("axle", actor): np.array([[b, -0.08], [a, -0.08], [a, 0.08], [b, 0.08]])} | shown
+            shown = {"axle": np.array([[b, -0.08], [a, -0.08], [a, 0.08], [b, 0.08]])} | shown
         looks = outline_look(actor.line) if k else WHEEL
-        self.bodies.append([(body, self.ax.fill(*body.T, animated=True, gid=name, **looks)[0]) for name, body in shown.items()])
+        self.bodies.append([(body, shows(self.ax.fill(*body.T, animated=True, **looks)[0], name, how="body", of=actor.run.name))
+                            for name, body in shown.items()])
         for contact in CONTACTS:
             if {"L": 1, "R": -1}[contact[0]] == -self.side or not all(
                     f"{q}_{contact}" in actor.columns for q in ("N", "Fy", "Fz", "y", "z")):
                 continue
             color = CONTACT_LINES[contact].color if len(self.drawn) == 1 else actor.line.color
-            self.arrows[k, contact] = self.add_arrow(facecolor=color, animated=True, gid=self.named("force", actor, contact))
+            self.arrows[k, contact] = self.add_arrow(facecolor=color, animated=True)
             self.points[k, contact] = self.ax.plot([0], [0], "o", markersize=4, color=color, markeredgecolor="white",
-                                                   markeredgewidth=0.6, animated=True, gid=self.named("contact", actor, contact))[0]
-
-    def named(self, what: str, actor: Actor, whose: str = "wheelset") -> str:
-        """The name of a part: what it shows, of which contact or side, of which run, and in which of the three scenes."""
-        return f"{what}.{whose}.{actor.run.name}.{('whole', 'left', 'right')[self.side]}"
+                                                   markeredgewidth=0.6, animated=True)[0]
+            shows(self.arrows[k, contact], f"Fz_{contact}", f"Fy_{contact}", "force", actor.run.name)
+            shows(self.points[k, contact], f"z_{contact} [m]", f"y_{contact} [m]", "place", actor.run.name)
 
     def add_scales(self, largest: float) -> None:
         """Draw a bar of a round length and above it an arrow of a round force, outside the rail or between the wheels."""
@@ -156,9 +156,10 @@ class Scene:
         bar, force = low + 0.35*step, low + 1.35*step
         self.scale_force, self.scale_length = round_number(largest), 0.02 if self.side else 0.2
         length = self.unit*self.scale_force
-        ax.plot([start, start - far*self.scale_length], [bar, bar], "|-", color=SCALE_GREY, linewidth=1.0, markersize=6,
-                gid=f"scale.length.{self.side}")
-        self.scale_arrow = self.add_arrow(facecolor=SCALE_GREY, gid=f"scale.force.{self.side}")
+        rule, = ax.plot([start, start - far*self.scale_length], [bar, bar], "|-", color=SCALE_GREY, linewidth=1.0, markersize=6)
+        self.scale_arrow = self.add_arrow(facecolor=SCALE_GREY)
+        shows(rule, "length", how="scale")
+        shows(self.scale_arrow, "force", how="scale")
         self.aim(self.scale_arrow, np.array([start, force]), np.array([-far*length, 0.0]))
         for y, size, words in ((bar, self.scale_length, f"{MM*self.scale_length:g} mm"),
                                (force, length, f"{KN*self.scale_force:g} kN")):
