@@ -106,3 +106,9 @@ def test_numbers_stand_below_their_names(browser: Browser, collated: Path, world
         for words, expected in (("left flange [ms]", 1e3*first["start"]), ("right flange [ms]", 1e3*raw.impact("RF")["start"]),
                                 ("peak [kN]", 1e-3*first["peak"]), ("impulse [kN·s]", 1e-3*first["impulse"])):
             assert float(told[words]) == pytest.approx(expected, rel=0.02), (name, words)
+    # The counts are those of the matrix above, which the checks tell, below the words in the same order.
+    matrix = browser.run("""return Object.fromEntries([...document.querySelectorAll('#matrix tbody tr')].map(row =>
+      [row.firstChild.textContent.trim(), row.children[3].textContent]))""")
+    counts = {name: dict(zip(head, row, strict=True))["passed / doubtful / failed"] for name, row in rows.items() if name in matrix}
+    assert counts and all(matrix[name].endswith(told) or "cannot" in told for name, told in counts.items())
+    assert any(len(set(told.split(" / ")[1:])) == 2 for told in counts.values())

@@ -17,6 +17,8 @@ from pypdf import PdfReader
 
 from browser import Browser, go
 from ldbench.__main__ import main
+from ldbench.geometry.pressures import run_patches
+from ldbench.results.run_data import read_data
 from probes import left_rail, left_wheel, turned
 from raw import PAIR, Raw
 from specimen import World
@@ -309,3 +311,8 @@ def test_patches_lie_as_they_are(browser: Browser, report: Path, world: World, t
         curve = next(part.points for part in own if part.what == "pressure" and part.width)[1:]
         # The curve is that of the pressure through the middle: it rises from the base line to the full height once.
         assert np.ptp(curve[:, 1]) == pytest.approx(24, abs=0.5) and abs(np.ptp(curve[:, 0]) - across) < 3
+        # It is no mirror image: the middle of the patch, from the flange's back on.
+        patch, = run_patches(read_data(raw.file), raw.first_peak(contact), [contact])
+        middle = patch.p[len(patch.x)//2]
+        assert np.abs(middle - middle[::-1]).max() > 0.2*middle.max()
+        assert (108 - curve[1:-1, 1])/24 == pytest.approx(middle/middle.max(), abs=0.03)

@@ -10,7 +10,7 @@ import pytest
 from ldbench import ContactTable, Error
 from ldbench.constants import CONTACTS
 from ldbench.geometry.outlines import case_outlines, pose
-from ldbench.geometry.pressures import run_patches
+from ldbench.geometry.pressures import run_patches, told
 from ldbench.pressure import press, shared
 from ldbench.results.run_data import RunData, read_data
 from ldbench.results.summary import summary_row
@@ -59,6 +59,15 @@ def test_a_patch_that_tread_and_flange_share(run: RunData):
         assert found.also == expected and found.contacts == ("LF", "LT")[:1 + bool(expected)]
     tread = replace(patch, contact="LT")
     assert [one.also for one in shared([patch, tread], ["LT", "LF"], middle)] == ["", ""]       # each has its own
+
+
+def test_what_is_told_of_several_patches(run: RunData):
+    """The largest pressure and approach, and the area of all."""
+    flange, = run_patches(run, run.first_interval("LF").top, ["LF"])
+    tread, = run_patches(run, 0, ["LT"])
+    assert flange.largest > tread.largest
+    for both in ([flange, tread], [tread, flange]):
+        assert told(both) == (flange.largest, flange.area + tread.area, max(flange.approach, tread.approach))
 
 
 @pytest.fixture(scope="module")

@@ -76,6 +76,23 @@ def test_contact_gives_the_program_s_force(fmus: Path, case: ldbench.Case):
     assert found["N_LF"][-1] == pytest.approx(row["N_LF"], rel=1e-9)
 
 
+def test_variables_say_what_they_are(fmus: Path):
+    """Words and units by the letters of the names: F_y is the lateral force, Fz_LF the vertical one of the left flange."""
+    meant = {"F_y": ("lateral force", "N"), "F_z": ("vertical force", "N"), "M_x": ("moment", "N.m"), "N": ("normal force", "N"),
+             "Fy": ("lateral force", "N"), "Fz": ("vertical force", "N"), "F_ext": ("lateral force", "N"),
+             "kinetic_energy": ("energy", "J"), "elastic_energy": ("elastic energy", "J"), "y": ("lateral", "m"),
+             "z": ("vertical", "m"), "roll": ("roll", "rad"), "vy": ("lateral velocity", "m/s"), "vz": ("vertical velocity", "m/s"),
+             "roll_rate": ("roll", "rad/s")}
+    for model in "wheelset", "contact":
+        said = {one.name: one for one in read_model_description(fmus/f"{model}.fmu").modelVariables}
+        seen = {name: one for name, one in said.items() if (name if name in meant else name.rpartition("_")[0]) in meant}
+        assert len(seen) > 12
+        for name, one in seen.items():
+            words, unit = meant[name if name in meant else name.rpartition("_")[0]]
+            assert words in one.description and one.unit == unit, (name, one.description, one.unit)
+            assert name in meant or one.description.endswith(name[-2:])
+
+
 def test_eight_instances_at_once_have_the_same_bits(fmus: Path):
     def work(_: int) -> bytes:
         found = simulate_fmu(fmus/"wheelset.fmu", fmi_type="CoSimulation", stop_time=0.03, output_interval=1e-3,

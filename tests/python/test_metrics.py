@@ -210,6 +210,34 @@ def test_the_command_scores_folders(folders: tuple[Path, Path], hertz: dict[str,
     assert "centre passage 2" in capsys.readouterr().out
 
 
+def test_what_the_command_prints_is_what_the_scores_are(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
+                                                       capsys: pytest.CaptureFixture[str]):
+    """A line of the table has the difference, and it over that of Hertz's law and over the largest spread; of JSON, each number is that
+    of the file that it names: here the reference alone is rigid."""
+    other = tmp_path/"ex2_aw.txt"
+    write(hertz["ex2_aw"].data.assign(Y=lambda frame: 1.01*frame.Y), other)
+    words = ["score", str(other), "--reference", str(folders[1]), "--all"]
+    assert main([*words, "--json"]) == 0
+    told, = json.loads(capsys.readouterr().out)["files"]
+    assert (told["rigid"], told["reference_rigid"]) == (False, False)
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    y = next(one for one in told["scores"] if one["name"] == "Y")
+    assert y["hertz"] > 0 and y["bodies"] > 0 and y["hertz"] != y["bodies"]
+    difference, _, _, _, of_hertz, of_spread = next(line for line in lines if "lateral displacement" in line).split()[-6:]
+    assert float(difference) == pytest.approx(y["difference"], rel=0.06)
+    assert of_hertz == times_text(y["difference"]/y["hertz"])
+    spread = max(x for x in (y["hertz"], y["bodies"], y["rigid"]) if x is not None)
+    assert of_spread == times_text(y["difference"]/spread)
+    file = tmp_path/"rigid/ex2_aw.txt"
+    file.parent.mkdir()
+    hertz["rigid"].write(file)
+    for path, reference, expected in ((file, folders[1], (True, False)), (folders[1]/"ex2_aw.txt", file, (False, True))):
+        assert main(["score", str(path), "--reference", str(reference), "--simulation", "ex2_aw", "--json"]) == 0
+        told, = json.loads(capsys.readouterr().out)["files"]
+        assert (told["rigid"], told["reference_rigid"]) == expected
+
+
 def test_the_file_of_another_code_gets_a_map(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
                                               monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """A map is guessed, or given: other names, units, signs and an interval of 0.1 ms."""

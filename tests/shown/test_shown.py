@@ -211,6 +211,9 @@ def test_table_of_the_results_page(world: World):
         for contact, words in WORDS.items():
             t = rows[f"peak N, {words} [kN]"][k]["t"]
             assert t is None or t == pytest.approx(raw.peak(contact)[1], abs=1e-8)
+        for contact, words in ("LF", "left flange"), ("RF", "right flange"):      # also where a later contact is harder
+            first = raw.t[raw.first_peak(contact)] if (raw.c[f"N_{contact}"] > 0).any() else None
+            assert rows[f"peak pressure, first contact, {words} [MPa]"][k]["t"] == (first and pytest.approx(first, abs=1e-6))
         for words, column, sign in (("Y, largest [mm]", "Y", 1), ("Z, smallest [mm]", "Z", -1), ("Φ, smallest [mrad]", "roll", -1)):
             t = rows[words][k]["t"]
             assert t is None if name == "ex5_aw" else t == pytest.approx(raw.t[int((sign*raw.c[column]).argmax())], abs=1e-3)
@@ -399,7 +402,8 @@ def test_pressure(contact: str, world: World, capsys: pytest.CaptureFixture[str]
     assert main(["pressure", str(raw.file), "--at", f"{raw.t[k]:.9g}", "--contact", contact, "-o", "pressure.pdf"]) == 0
     said = capsys.readouterr().out
     force, area = raw.c[f"N_{contact}"][k], float(re.search(r"area (\S+) mm", said)[1])
-    length = float(re.search(r", (\S+) mm along", said)[1])
+    length, width = map(float, re.search(r", (\S+) mm along the rail, (\S+) mm across", said).groups())
+    assert length > 2*width         # a flange's patch is long along the rail, for its profile curves most
     lines = [
         Line(r"t = (\S+) s", "moment [s]", lambda w: raw.t[k]),
         Line(r"flange: (\S+) kN at (\S+)°, in the columns", "force [kN], angle [deg]",
