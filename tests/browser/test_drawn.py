@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import unicodedata
 from itertools import groupby
 from pathlib import Path
 
@@ -282,6 +283,10 @@ def test_a_picture_for_a_paper(browser: Browser, report: Path, world: World):
         assert len(words) > 4 and all(text.replace("−", "-") in drawn.replace("−", "-") for text in words)
         assert browser.run("return document.documentElement.dataset.theme") == "dark" and browser.log() == []
     assert seen
+    browser.open(report, "#c=roll&c=pitch")
+    for chart, words in enumerate(("roll Φ [mrad]", "pitch Ω [rad]")):
+        page, = PdfReader(io.BytesIO(chart_picture(browser, chart, "PDF").encode("latin-1"))).pages
+        assert words in unicodedata.normalize("NFKC", page.extract_text())
 
 
 def test_patches_lie_as_they_are(browser: Browser, report: Path, world: World, tmp_path: Path, capsys: pytest.CaptureFixture[str]):

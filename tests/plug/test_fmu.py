@@ -81,7 +81,7 @@ def test_variables_say_what_they_are(fmus: Path):
     meant = {"F_y": ("lateral force", "N"), "F_z": ("vertical force", "N"), "M_x": ("moment", "N.m"), "N": ("normal force", "N"),
              "Fy": ("lateral force", "N"), "Fz": ("vertical force", "N"), "F_ext": ("lateral force", "N"),
              "kinetic_energy": ("energy", "J"), "elastic_energy": ("elastic energy", "J"), "y": ("lateral", "m"),
-             "z": ("vertical", "m"), "roll": ("roll", "rad"), "vy": ("lateral velocity", "m/s"), "vz": ("vertical velocity", "m/s"),
+             "z": ("height", "m"), "roll": ("roll", "rad"), "vy": ("lateral velocity", "m/s"), "vz": ("vertical velocity", "m/s"),
              "roll_rate": ("roll", "rad/s")}
     for model in "wheelset", "contact":
         said = {one.name: one for one in read_model_description(fmus/f"{model}.fmu").modelVariables}

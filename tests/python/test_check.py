@@ -4,6 +4,7 @@ from __future__ import annotations
 import importlib
 import itertools
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,11 @@ import imaginary_physics as physics
 import ldbench
 from hostile_files import HOSTILE
 from imaginary_round import RIGHTWARDS, table_of, write
-from invented import COARSE, invented_run
+from invented import COARSE, altered, invented_run
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.columns import RawTable
-from ldbench_round import check
+from ldbench_round import check, physics_checks
 from ldbench_round.findings import DOUBTFUL, FAILED, PASSED, UNKNOWN, Finding
 from ldbench_round.kept_entries import find_references
 from ldbench_round.map_guess import find_time
@@ -40,6 +41,13 @@ def another() -> ldbench.Run:
 def findings_in(file: Path) -> dict[str, Finding]:
     """The findings by what they are about."""
     return {finding.what: finding for finding in check.check_file(file).findings}
+
+
+def test_a_wrong_clearance_is_told_with_both_numbers(another: ldbench.Run):
+    wide = altered(another, data=another.data.assign(Y=lambda rows: 1.2*rows.Y))
+    found, = physics_checks.clearance_findings(wide, TASK)
+    expected, seen = map(float, re.search(r"expected Y = (\S+) mm, found (\S+) mm", found.hint).groups())
+    assert found.verdict == FAILED and expected == 10.18 and seen == pytest.approx(1.2*10.18, rel=0.02)
 
 
 # ---- maps ----------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import pytest
 import en15302
 from ldbench import Case, Error
 from ldbench.conicity import FINE_PITCH, level_rows, rolled_rows
-from ldbench.geometry.en15302 import AMPLITUDES, window
+from ldbench.geometry.en15302 import AMPLITUDES, TABLES, window
 from ldbench.geometry.pair import pair, rigid_geometry
 from round_profiles import Shape
 
@@ -54,6 +54,17 @@ def test_wheels_of_other_radii(tmp_path):
     # With roll the smaller wheel stands lower, and both contacts move on the heads.
     one, none = rolled_rows(handle, y, (0.0, d)), rolled_rows(handle, y)
     assert one[1] - none[1] == pytest.approx(d/(none[8] - none[10]), rel=0.05)
+
+
+def test_windows_are_the_narrower_of_both_that_the_standard_has():
+    """Half of the conicity, and 0.05 at most."""
+    values = []
+    for name in TABLES:
+        w = window(name)
+        values += w.value.tolist()
+        assert w.high - w.value == pytest.approx(np.where(w.value < 0.1, 0.5*w.value, 0.05))
+        assert w.value - w.low == pytest.approx(w.high - w.value)
+    assert min(values) < 0.1 < max(values)
 
 
 @pytest.mark.usefixtures("coarse")

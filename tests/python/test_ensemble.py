@@ -303,7 +303,8 @@ def test_command(tmp_path, capsys):
     assert out.startswith("2 mass x 2 vY: 4 runs, 2 failed\nfirst failure: ")
     assert "2 ended with t_end" in out and "sweep.zarr" in out
     assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1200,1400,3000", "-o", str(tmp_path/"mass.zarr")]) == 0
-    least, largest, median = map(float, re.search(r"peak_N_LT \[kN\]: (\S+) to (\S+), median (\S+)", capsys.readouterr().out).groups())
+    line = re.search(r"peak_N_LT \[kN\]: (\S+) to (\S+), median (\S+)", capsys.readouterr().out)
+    least, largest, median = map(float, line.groups())
     with xr.open_zarr(tmp_path/"mass.zarr") as stored:
         peaks = np.sort(1e-3*stored.peak_N_LT.values)
     assert (least, median, largest) == pytest.approx(peaks, rel=1e-5) and abs(peaks[1] - peaks.mean()) > 1e-3*peaks[1]

@@ -17,6 +17,7 @@ import pytest
 
 import ldbench
 from invented import COARSE
+from ldbench.constants import CONTACT_NAMES
 from ldbench.profile import Profile
 from ldbench.results.answers import answers
 from ldbench.results.header import Header, read_groups
@@ -201,6 +202,13 @@ def test_another_code_s_file_has_columns_and_no_results(other: ldbench.Run, elas
             getattr(other, question)
         assert error.value.file == str(other.file) and error.value.found == "none"
     assert repr(other).startswith("Run('theirs', ") and "theirs" in other._repr_html_()
+    shown = other._repr_html_()
+    known = {contact: words for contact, words in CONTACT_NAMES.items() if f"N_{contact}" in other.data}
+    assert known
+    for contact, words in known.items():       # the largest force and its time, in a row of the table
+        force = other.values(f"N_{contact}")
+        row = f'{1e-3*force.max():.3f} kN</td><td style="text-align: left">at {other.time[force.argmax()]:.6f} s'
+        assert (f"largest normal force, {words}" in shown) == (row in shown) == (force.max() > 0), contact
     assert pickle.loads(pickle.dumps(other)).data.equals(other.data)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ldbench import ContactTable
 from ldbench.__main__ import main
 from probes import turned
 from raw import Raw
@@ -71,6 +72,12 @@ def test_table(world: World, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         r"error\.(\w+)\.(rms|largest)": lambda m: raw.errors()[m[1]][m[2] == "largest"],
         r"solutions\.(solved|not_converged)": 0, r"solutions\.found": told["solutions"]["found"]}) == []
     assert told["solutions"]["found"] > 1000 and set(told["error"]) == set(raw.errors())
+    # In words: the vertical stiffness is by how much the rails push more when the resting wheelset is lowered.
+    assert main(["table", "inputs/ex2_aw.nml"]) == 0
+    stiffness = float(re.search(r"vertical stiffness (\S+) kN/mm", capsys.readouterr().out)[1])
+    table, step = ContactTable("inputs/ex2_aw.nml"), 1e-7
+    up, down = (table.force(0.0, table.equilibrium + way*step, 0.0)[1] for way in (1, -1))
+    assert stiffness == pytest.approx(1e-6*(down - up)/(2*step), rel=1e-3)
 
 
 @pytest.mark.parametrize("contact", ["LF", "RF"])
