@@ -110,6 +110,20 @@ def test_abstract_of_ten_runs(world: World, tmp_path: Path):
     assert row.removeprefix("energy drift, relative").translate(plain).split() == drifts.translate(plain).split()
 
 
+def test_errors_of_tables_stand_with_their_pair(world: World, tmp_path: Path):
+    """The largest of a pair's runs, at each place; another pair's are other ones."""
+    runs = []
+    for k, (name, pair, largest) in enumerate((("ex1_aw", "a", 2e-3), ("ex2_aw", "a", 3e-3), ("ex2_sw", "s", 5e-3))):
+        text = re.sub(r"_profile_right = '.*?'", "_profile_right = ''", world.thrown.text)
+        text = re.sub(r"(?<=/)a([wr])prof(?=\.yz)", rf"{pair}\1prof", text)
+        text = re.sub(r"table_error_tread = \S+ \S+", f"table_error_tread = {(k + 1)*1e-4}, {largest}", text)
+        file = tmp_path/f"{name}.txt"
+        file.write_text(text)
+        runs.append(read_data(file).named(name))
+    actual, simplified = abstract.facts(runs, {})["errors"]
+    assert (actual[:2], simplified[:2]) == (["actual profiles", "0.020 % (0.30 %)"], ["simplified profiles", "0.030 % (0.50 %)"])
+
+
 def test_authors_come_from_the_description(tmp_path: Path):
     """They are those of the file that is sent; its other keys are the business of `submit`."""
     file = tmp_path/"submission.toml"
