@@ -81,8 +81,8 @@ def paged(title: str, subtitle: str, header: Sequence[str], rows: Rows, widths: 
 
 
 SUMMARY_NOTE = (
-    "All numbers lie within the steps, not at the rows. –: did not happen.  aw: actual wheel and rail profiles, sw: simplified.  "
-    "Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0.")
+    "All numbers lie within the steps, not at the rows. –: did not happen, or only in a derailment's fall.  aw: actual wheel and "
+    "rail profiles, sw: simplified.  Y left, Z up, Φ lifts the left wheel; Z and Φ from static equilibrium at Y = 0.")
 LEFT_OUT = "patch_LF", "patch_RF", "step", "t"      # of the page; summary.csv has them
 TWO_LINES = 1.7         # height of a row with a range, of that of one without
 FREE = 1.5              # digits between columns
