@@ -102,7 +102,7 @@ def test_sheets(title: str, name: str, world: World):
 
 
 def test_every_page_of_the_report_is_named(world: World):
-    """Those of the abstract and of the extras, too."""
+    """The curves of abstract and extras are named as well."""
     assert [file.name for file in world.folder.glob("*.unnamed")] == []
     assert len(list((world.folder/"sheets").iterdir())) > 20
 
