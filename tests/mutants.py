@@ -44,7 +44,8 @@ def copy() -> None:
     """The repository as it stands, with its executable, extension and objects, but without Git and results."""
     shutil.rmtree(SCRATCH, ignore_errors=True)
     names = subprocess.run(["git", "ls-files"], cwd=REPO, capture_output=True, text=True, check=True).stdout.splitlines()
-    built = ["ldbench", *(str(path.relative_to(REPO)) for pattern in ("wrappers/ldbench/_core/_flat*.so", "build/release/**/*")
+    built = ["ldbench", *(str(path.relative_to(REPO)) for pattern in (
+        "wrappers/ldbench/_core/_flat*.so", "wrappers/ldbench/_core/fmu/**/*", "build/release/**/*")
                           for path in REPO.glob(pattern) if path.is_file())]
     for name in [*names, *built]:
         if (REPO/name).is_file():

@@ -40,10 +40,10 @@ function namelist(run) {
 function drawSummary({facts: {summary, note, runs}, address}) {
   get("summary").hidden = !summary.length;
   if (!summary.length) return;
-  const cell = ({text: line, run, t, with: others}) => {
-    const text = line.replace(" (", "\n(");         // a range stands below its number
-    return make("td", {}, t === null ? text
-      : make("a", {href: address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, text));
+  const cell = ({text, run, t, with: others}) => {
+    const at = text.indexOf("("), words = at < 0 ? [text] : [text.slice(0, at), make("span", {class: "range"}, text.slice(at))];
+    return make("td", {}, ...t === null ? words
+      : [make("a", {href: address.link(t, [run, ...others]), onclick: () => get("runs").scrollIntoView()}, ...words)]);
   };
   const heads = runs.slice(0, summary[0].cells.length).map(run =>
     make("th", {}, make("a", {href: address.link(null, [run.name])}, run.name)));
