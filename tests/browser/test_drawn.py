@@ -316,7 +316,8 @@ def test_patches_lie_as_they_are(browser: Browser, report: Path, world: World, t
         curve = next(part.points for part in own if part.what == "pressure" and part.width)[1:]
         # The curve is that of the pressure through the middle: it rises from the base line to the full height once.
         assert np.ptp(curve[:, 1]) == pytest.approx(24, abs=0.5) and abs(np.ptp(curve[:, 0]) - across) < 3
-        # It is no mirror image: the middle of the patch, from the flange's back on.
+        # It is no mirror image: the middle of the patch, from the flange's back on, which is on the left.
+        assert (np.diff(curve[:, 0]) >= 0).all()
         patch, = run_patches(read_data(raw.file), raw.first_peak(contact), [contact])
         middle = patch.p[len(patch.x)//2]
         assert np.abs(middle - middle[::-1]).max() > 0.2*middle.max()
