@@ -28,6 +28,7 @@ class Raw:
         rows = np.array([line.split() for line in lines if not line.startswith("#")], float)
         self.c = dict(zip(names.split(), rows.T, strict=True))
         self.t = self.c["time"]
+        self.rounding = 1e-9        # share by which what is drawn from this file may differ from its numbers
         self.head = self.text[:self.text.index("# &results")]
 
     def setting(self, name: str) -> float:

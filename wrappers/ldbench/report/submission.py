@@ -195,7 +195,8 @@ def kept_twins(jobs: Sequence[Job], workers: int, force: bool = False) -> dict[s
     stale = [job for job in jobs if force or not is_up_to_date(twins_file(job), depends[job.name])]
     tasks = [(job.name, k, twin) for job in sorted(stale, key=lambda job: -job.cost) for k, twin in enumerate(twin_cases(job.case))]
     key = table_keys()
-    tables = {table: ContactTable(case) for table, case in {key(job.case): job.case for job in stale}.items()}
+    one_of_each = {key(job.case): job.case for job in stale}
+    tables = {name: ContactTable(case) for name, case in one_of_each.items()}
     made: dict[str, dict[int, dict[str, Any]]] = {job.name: {} for job in stale}
     with tqdm(total=len(tasks), desc="twins", disable=None, leave=False) as bar:
         for (name, k, _), row in in_threads(work, tasks, workers):
