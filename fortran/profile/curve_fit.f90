@@ -8,16 +8,6 @@ module curve_fit
   private
   public :: interpolate, point_noise
 
-  interface
-    subroutine dpbsv(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
-      import :: dp
-      character, intent(in) :: uplo
-      integer, intent(in) :: n, kd, nrhs, ldab, ldb
-      real(dp), intent(inout) :: ab(ldab, *), b(ldb, *)
-      integer, intent(out) :: info
-    end subroutine dpbsv
-  end interface
-
 contains
 
   !> The natural cubic splines y(s), z(s) through at least three points.  Fails where points repeat.
@@ -25,36 +15,61 @@ contains
     real(dp), intent(in) :: y(:), z(:)     !! [m], in the order of the walk along the curve
     type(curve_type), intent(out) :: c
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: f2(size(y), 2), ab(3, size(y) - 2), rhs(size(y) - 2, 2), r(size(y) - 1), q(3)
-    integer :: n, i, info
+    real(dp) :: f2(size(y), 2), diagonal(size(y) - 2), beside(size(y) - 2), r(size(y) - 1), q(3)
+    integer :: n, i
+    logical :: solved
 
     n = size(y)
     c%n = n
     allocate (c%s(0:n + 1), c%a(2, 4, 0:n))
     c%s(1:n) = chord_stations(y, z)
     r = 1/(c%s(2:n) - c%s(1:n - 1))
-    ab = 0
+    f2 = 0
     do i = 1, n - 2
       q = [r(i), -r(i) - r(i + 1), r(i + 1)]
-      rhs(i, 1) = dot_product(q, y(i:i + 2))
-      rhs(i, 2) = dot_product(q, z(i:i + 2))
-      ab(3, i) = (1/r(i) + 1/r(i + 1))/3
-      if (i > 1) ab(2, i) = 1/(6*r(i))
+      f2(i + 1, 1) = dot_product(q, y(i:i + 2))
+      f2(i + 1, 2) = dot_product(q, z(i:i + 2))
+      diagonal(i) = (1/r(i) + 1/r(i + 1))/3
+      beside(i) = 1/(6*r(i + 1))
     end do
-    info = 1
-    if (n > 2) call dpbsv('U', n - 2, 2, 2, ab, 3, rhs, n - 2, info)
-    if (info /= 0) then
+    call solve_tridiagonal(diagonal, beside, f2(2:n - 1, :), solved)
+    if (.not. (n > 2 .and. solved)) then
       call fatal_error(error, 'spline: singular system, repeated points?')
       return
     end if
-    f2 = 0
-    f2(2:n - 1, :) = rhs
     do i = 1, n - 1
       c%a(1, :, i) = cubic(y(i:i + 1), f2(i:i + 1, 1), c%s(i + 1) - c%s(i))
       c%a(2, :, i) = cubic(z(i:i + 1), f2(i:i + 1, 2), c%s(i + 1) - c%s(i))
     end do
     call extend(c)
   end subroutine interpolate
+
+  !> Solve a symmetric positive definite tridiagonal system by Cholesky's method.  A library's last digits would depend on the
+  !> processor, and with them every curve, table and chaotic result.
+  pure subroutine solve_tridiagonal(diagonal, beside, b, solved)
+    real(dp), intent(inout) :: diagonal(:), beside(:)  !! matrix elements (i, i) and (i, i + 1); factors afterwards
+    real(dp), intent(inout) :: b(:, :)                 !! right-hand sides in columns; solutions afterwards
+    logical, intent(out) :: solved                     !! the matrix is positive definite
+    integer :: i, n
+
+    n = size(diagonal)
+    solved = .false.
+    do i = 1, n
+      if (i > 1) then
+        diagonal(i) = diagonal(i) - beside(i - 1)**2
+        b(i, :) = b(i, :) - beside(i - 1)*b(i - 1, :)
+      end if
+      if (.not. diagonal(i) > 0) return
+      diagonal(i) = sqrt(diagonal(i))
+      beside(i) = beside(i)*(1/diagonal(i))
+      b(i, :) = b(i, :)/diagonal(i)
+    end do
+    do i = n, 1, -1
+      if (i < n) b(i, :) = b(i, :) - beside(i)*b(i + 1, :)
+      b(i, :) = b(i, :)/diagonal(i)
+    end do
+    solved = .true.
+  end subroutine solve_tridiagonal
 
   !> Cumulative chord length up to every point.
   pure function chord_stations(y, z) result(s)
