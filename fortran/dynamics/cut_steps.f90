@@ -6,14 +6,19 @@
 !> error alone leaves too much of the energy's change where contacts close, which the integrator makes with half its order.
 module cut_steps
   use, intrinsic :: iso_fortran_env, only: int64
-  use errors, only: error_type
+  use errors, only: error_type, refuse
   use integrators, only: advance, energy_change, energy_rounding, integrator_type, step_ok
   use kinds, only: dp
   use motion_state, only: motion_type
+  use text, only: str
   use wheelset, only: wheelset_type
   implicit none
   private
   public :: cutting_type, step_watcher, cut_step, short_step
+
+  ! A run ends where a step needs more parts: then its forces do not follow from its energy, and halving goes on to the end. Steps
+  ! of the longest dt with the smallest useful tolerances need some ten thousand.
+  integer, parameter :: most_parts = 100000
 
   type :: cutting_type
     real(dp) :: error = 0                  !! of the position that a step may make, by its estimate [m]; 0: any
@@ -26,6 +31,7 @@ module cut_steps
     integer(int64) :: cuts = 0             !! number of steps that were cut
     integer(int64) :: missed = 0           !! steps that miss a tolerance after all halvings
     integer(int64) :: evaluations = 0      !! evaluations of the contacts
+    integer :: parts = 0                   !! steps that replace the step in hand
   contains
     procedure(after_step), deferred :: after_step
   end type step_watcher
@@ -52,11 +58,12 @@ contains
     integer, intent(in) :: halvings        !! number of halvings that have led to this step
     class(step_watcher), intent(inout) :: watcher
     integer, intent(out) :: status         !! of `integrators`
-    type(error_type), allocatable, intent(out) :: error   !! of the watcher
+    type(error_type), allocatable, intent(out) :: error   !! of the watcher, or of a step that needs too many parts
     type(motion_type) :: old, new
     integer :: evaluations, more, i
     real(dp) :: excess
 
+    if (halvings == 0) watcher%parts = 0
     call advance(w, integrator, motion, dt, new, evaluations, status)
     watcher%evaluations = watcher%evaluations + evaluations
     more = 0
@@ -73,6 +80,11 @@ contains
       end if
     end if
     if (more == 0) then
+      watcher%parts = watcher%parts + 1
+      if (watcher%parts > most_parts) then
+        call refuse_parts(cutting, motion%t, new%error > cutting%error .and. cutting%error > 0, error)
+        return
+      end if
       old = motion
       motion = new
       call watcher%after_step(old, new, error)
@@ -84,6 +96,22 @@ contains
       if (status /= step_ok .or. allocated(error)) return
     end do
   end subroutine cut_step
+
+  !> Say that a step needs too many parts, and by which tolerance.
+  subroutine refuse_parts(cutting, t, by_error, error)
+    type(cutting_type), intent(in) :: cutting
+    real(dp), intent(in) :: t              !! [s]
+    logical, intent(in) :: by_error        !! the estimated error is over its tolerance; else the change of the energy is
+    type(error_type), allocatable, intent(out) :: error
+    character(:), allocatable :: tolerance
+
+    tolerance = str(cutting%energy)//' J'
+    if (by_error) tolerance = str(cutting%error)//' m'
+    call refuse(error, 'steps that keep to their tolerances in at most '//str(most_parts)//' parts', &
+      'one at t = '//str(t)//' s that needs more', group='integrator', &
+      variable=trim(merge('error_tolerance ', 'energy_tolerance', by_error)), detail=' = '//tolerance, &
+      rest='; give a larger tolerance, or fewer max_halvings')
+  end subroutine refuse_parts
 
   !> The error of a step over its tolerance or, where the error is inside, the change of the total energy: that of a step with a
   !> large error does not tell how short steps must be.

@@ -54,6 +54,7 @@ contains
     do i = 1, n
       if (ended /= step_ok) exit
       call cut_step(p%setup%wheelset, integrator, cutting, motion, (t_next - t)/n, 0, watcher, ended, error)
+      if (allocated(error)) return
     end do
     left_table = .not. any(ended == [step_ok, step_diverged])
     if (ended == step_diverged) then
