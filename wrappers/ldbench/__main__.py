@@ -137,11 +137,11 @@ def run_command(arguments: list[str] | None) -> int:
             given = ["run", *given]
         args = make_parser(given[:1]).parse_args(given)
         with spoken(args):
-            status = module_of(args.command).main(args)
-            if not status:
+            ended = module_of(args.command).main(args)
+            if not ended:
                 tell_next(args, as_called)
             sys.stdout.flush()
-        return status
+        return ended
     except Error as error:
         reason, status = as_called(str(error)), 2 if isinstance(error, Usage) else 1
     except BrokenPipeError:
