@@ -22,18 +22,18 @@ else ifneq ($(findstring flang,$(FC)),)
 else ifneq ($(findstring aarch64,$(FC)),)
   BUILD  = build/arm64
   SUFFIX = -arm64
-  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
+  FFLAGS = -O3 -g -fopenmp -frecursive -ffp-contract=off $(SCALAR)
   LIBS   =
   OWN    = $(BUILD)/lapack.o
 else ifneq ($(findstring mingw,$(FC)),)
   BUILD  = build/windows
   SUFFIX = .exe
-  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
+  FFLAGS = -O3 -g -fopenmp -frecursive -ffp-contract=off $(SCALAR)
   LIBS   = -static -Wl,--stack,$(STACK)
   OWN    = $(BUILD)/lapack.o
 else
   BUILD  = build/release
-  FFLAGS = -O3 -g -fopenmp -flto=auto -frecursive -ffp-contract=off $(SCALAR)
+  FFLAGS = -O3 -g -fopenmp -frecursive -ffp-contract=off $(SCALAR)
 endif
 # Without libmvec: its asinh, pow and others give other last digits for two numbers at once than for one, so results would
 # depend on inlining and on the processor. gfortran learns of libmvec by a file that it includes.
@@ -42,13 +42,14 @@ ifneq ($(findstring gfortran,$(FC)),)
   # An internal procedure that is passed on as an argument would need an executable stack, which systems refuse.
   FFLAGS += -Werror=trampolines
 endif
-# With LAPACK=own the executable has the four routines of LAPACK that the core calls from our own sources, as wheels have.
+# With LAPACK=own the executable has the routine of LAPACK that the core calls from our own sources, as wheels have.
 ifeq ($(LAPACK),own)
   LIBS =
   OWN  = $(BUILD)/lapack.o
 endif
 # -frecursive makes no local variable static, so that several threads may run.
-# -ffp-contract=off makes results independent of inlining.
+# -ffp-contract=off makes results independent of inlining. No optimisation across files (-flto): it saves 3 % of the instructions of
+# a run, and each program would be optimised anew.
 # -fdynamic-heap-array lets local arrays be larger than the stack of a thread.
 PYTHON  = .venv/bin/python
 
@@ -59,25 +60,20 @@ SYSTEM = $(if $(or $(findstring mingw,$(FC)),$(findstring flang,$(FC))),windows,
 FOLDERS = support profile contact table dynamics rigid program library
 SOURCES = $(sort $(foreach folder,$(FOLDERS),$(wildcard fortran/$(folder)/*.f90))) fortran/support/$(SYSTEM)/links_and_modes.f90
 MODULES = $(filter-out ldbench,$(basename $(notdir $(SOURCES))))
-# The library for other languages; the executable does without it.
-LIBRARY = $(basename $(notdir $(wildcard fortran/library/*.f90)))
 vpath %.f90 $(sort $(dir $(SOURCES)))
 OBJECTS = $(MODULES:%=$(BUILD)/%.o) $(BUILD)/fingerprint.o
 EXE     = ldbench$(SUFFIX)
-# Test programs are linked with this core, which is optimised across its modules once and not again in each program.
-CORE    = $(if $(findstring -flto,$(FFLAGS)),$(BUILD)/core.o,$(OBJECTS))
+# The core, compiled once: executable, libraries, the Python extension and test programs are linked with it. It is the library for
+# programs in C, too.
+LIB     = $(BUILD)/lib
+CORE    = $(LIB)/libldbench.a
 WRAPPER = build/wrapper/installed
 
 # Python programs find the executable and the test programs by these variables.
 export LDBENCH = $(CURDIR)/$(EXE)
 export LDBENCH_TESTS = $(CURDIR)/$(BUILD)/tests
-# Where the environment forbids byte code beside the sources, the byte code goes below build: hundreds of Python processes
-# that tests start would compile every package again, which takes longer than their work.
-ifneq ($(PYTHONDONTWRITEBYTECODE),)
-  override PYTHONDONTWRITEBYTECODE =
-  export PYTHONDONTWRITEBYTECODE
-  export PYTHONPYCACHEPREFIX = $(CURDIR)/build/bytecode
-endif
+# Tests see what a user's shell has, and no other variable of this machine: PYTHONUNBUFFERED, say, would hide a fault.
+BARE = env -i HOME="$$HOME" PATH="$$PATH" TMPDIR="$${TMPDIR:-/tmp}" OMP_NUM_THREADS=1 LDBENCH=$(LDBENCH) LDBENCH_TESTS=$(LDBENCH_TESTS)
 
 # Programs beside the tests import the shared modules of the tests and the exact shapes of the profiles.
 STUDY = PYTHONPATH=$(CURDIR)/tests/support:$(CURDIR)/profiles $(PYTHON)
@@ -103,21 +99,20 @@ $(BUILD)/manifest.o: fortran/support/windows/ldbench.rc fortran/support/windows/
 	$(FC:gfortran=windres) $< $@
 endif
 
-$(EXE): $(BUILD)/ldbench.o $(filter-out $(LIBRARY:%=$(BUILD)/%.o),$(OBJECTS)) $(OWN)
+$(EXE): $(BUILD)/ldbench.o $(CORE)
 	$(FC) $(FFLAGS) -o $(BUILD)/$@.part $^ $(LIBS) && mv $(BUILD)/$@.part $@
 
 # The core for programs in C and for all that can call C. LAPACK=own makes a library that needs no LAPACK.
-LIB     = $(BUILD)/lib
 DYNAMIC = $(LIB)/libldbench.$(if $(findstring mingw,$(FC)),dll,so)
 lib:
-	$(call built,$(DYNAMIC) $(LIB)/libldbench.a)
+	$(call built,$(DYNAMIC))
 	cp fortran/library/ldbench.h $(LIB)/
 
 # The library, its header, and what pkg-config tells of them, below PREFIX.
 install-lib: lib
 	install -d "$(DESTDIR)$(PREFIX)/lib/pkgconfig" "$(DESTDIR)$(PREFIX)/include"
 	install $(DYNAMIC) "$(DESTDIR)$(PREFIX)/lib"
-	install -m 644 $(LIB)/libldbench.a "$(DESTDIR)$(PREFIX)/lib"
+	install -m 644 $(CORE) "$(DESTDIR)$(PREFIX)/lib"
 	install -m 644 fortran/library/ldbench.h "$(DESTDIR)$(PREFIX)/include"
 	printf '%s\n' 'prefix=$(PREFIX)' 'Name: ldbench' 'Description: contact of a railway wheelset without friction' \
 	  "Version: $$(awk -F\' '/ version = /{print $$2}' fortran/support/kinds.f90)" 'Cflags: -I"$${prefix}/include"' \
@@ -125,10 +120,11 @@ install-lib: lib
 	  > "$(DESTDIR)$(PREFIX)/lib/pkgconfig/ldbench.pc"
 
 # A library for Windows has the name inside that it has when it is linked.
-$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) | $(LIB)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< -o $(BUILD)/$(@F) $(filter %.o,$^) $(LIBS) && mv $(BUILD)/$(@F) $@
+$(DYNAMIC): fortran/library/exports.map $(OBJECTS) $(OWN) $(CORE)
+	$(FC) $(FFLAGS) -shared -Wl,--version-script=$< -o $(BUILD)/$(@F) $(filter %.o,$^) $(LIBS) && mv $(BUILD)/$(@F) $@
 
-$(LIB)/libldbench.a: $(CORE) $(OWN) | $(LIB)
+$(CORE): $(OBJECTS) $(OWN)
+	mkdir -p $(@D)
 	rm -f $@ && $(AR) rcs $@ $^
 
 # The binary of FMUs of the release build, with our own LAPACK, for `ldbench fmu`. On Linux the compiler's libraries go beside it, for
@@ -143,16 +139,13 @@ endif
 fmu:
 	$(call built,$(FMU))
 
-$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(OBJECTS) $(BUILD)/lapack.o
+$(FMU): fortran/library/fmi2.map $(BUILD)/fmi2.o $(CORE) $(BUILD)/lapack.o
 	mkdir -p $(@D)
-	$(FC) $(FFLAGS) -fno-semantic-interposition -shared -Wl,--version-script=$< $(ALONE) -o $(BUILD)/$(@F) $(filter %.o,$^) && mv $(BUILD)/$(@F) $@
+	$(FC) $(FFLAGS) -shared -Wl,--version-script=$< $(ALONE) -o $(BUILD)/$(@F) $(filter %.o %.a,$^) && mv $(BUILD)/$(@F) $@
 	$(foreach name,$(BESIDE),cp $$($(FC) -print-file-name=$(name)) $(@D)/ &&) true
 
 $(BUILD)/fmi2.o: fortran/library/fmi2.c fortran/library/ldbench.h | $(BUILD)
 	$(FC:gfortran=gcc) -std=c11 -O2 $(filter -Wall -Wextra -Werror,$(WARN)) -fPIC -fvisibility=hidden -c -o $@ $<
-
-$(LIB):
-	mkdir -p $@
 
 $(BUILD)/%.o: %.f90 Makefile | $(BUILD)
 	$(FC) $(FFLAGS) $(WARN) -fPIC -J $(BUILD) -c -o $@ $<
@@ -170,11 +163,6 @@ $(BUILD)/table_file.o: $(BUILD)/fingerprint.o
 ifeq ($(SYSTEM),posix)
 $(BUILD)/links_and_modes.o: override WARN += -fall-intrinsics
 endif
-
-# The compiler inlines less where other objects may call a procedure, so a table takes a tenth more instructions than in the
-# executable. -fPIE allows the compiler to inline calls between modules, unlike -fPIC for a shared library.
-$(BUILD)/core.o: $(OBJECTS)
-	$(FC) $(FFLAGS) -fPIE -r -flinker-output=nolto-rel -o $@ $^
 
 $(BUILD):
 	mkdir -p $@
@@ -212,24 +200,27 @@ $(SHARED): tests/fortran/shared.f90 $(OBJECTS) | $(BUILD)/tests
 $(BUILD)/tests:
 	mkdir -p $@
 
-# The Python extension, built in place by the same meson.build as `pip install .`; .venv finds the package here.
+# The Python extension, built in place by the same meson.build as `pip install .`, around the core that is there; .venv finds the
+# package here. It is that of the release build, whatever else is built.
 wrapper:
 	$(call built,$(WRAPPER))
 
-$(WRAPPER): build/wrapper/build.ninja $(SOURCES) fortran/fingerprint.sh $(wildcard wrappers/ldbench/_core/*.f90)
+ifeq ($(BUILD),build/release)
+$(WRAPPER): build/wrapper/build.ninja $(CORE) $(wildcard wrappers/ldbench/_core/*.f90)
+	rm -f build/wrapper/_flat*.p/*.o
 	MAKEFLAGS= PATH="$(CURDIR)/.venv/bin:$$PATH" ninja -C build/wrapper --quiet
 	cp build/wrapper/_flat*.so build/wrapper/part && mv build/wrapper/part wrappers/ldbench/_core/$$(cd build/wrapper; echo _flat*.so)
 	echo $(CURDIR)/wrappers > $$($(PYTHON) -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ldbench.pth
 	touch $@
-
-# Meson lists the sources when it is set up; it is set up again where the list has changed.
-build/sources: FORCE
-	@echo $(SOURCES) | cmp -s - $@ || echo $(SOURCES) > $@
+else
+$(WRAPPER): FORCE
+	$(MAKE) --no-print-directory DEBUG= SANITIZE= FC=gfortran LAPACK= $@
+endif
 FORCE:
 
-build/wrapper/build.ninja: meson.build meson.options build/sources .venv/stamp
+build/wrapper/build.ninja: meson.build meson.options .venv/stamp
 	rm -rf build/wrapper
-	PATH="$(CURDIR)/.venv/bin:$$PATH" meson setup -Dwheel=false build/wrapper
+	PATH="$(CURDIR)/.venv/bin:$$PATH" meson setup -Dcore=$(CURDIR)/build/release build/wrapper
 
 .venv/stamp:
 	@echo 'no .venv: run ./bootstrap' >&2; exit 1
@@ -247,7 +238,7 @@ endif
 test:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER) $(if $(findstring gfortran,$(FC)),$(DYNAMIC)))
 	$(if $(findstring gfortran,$(FC)),+@$(MAKE) --no-print-directory fmu DEBUG= SANITIZE=)
-	OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
+	$(BARE) $(LDBENCH_SLOW:%=LDBENCH_SLOW=%) $(PYTHON) -m pytest -n $(CORES) --dist worksteal $(CHECKS)
 
 # The package under each of these Pythons that is here, with old and new numpy and pandas. A path names a Python that is not
 # in PATH, as those of pyenv are not: make test-matrix PYTHONS=~/.pyenv/versions/3.13.0/bin/python3
@@ -332,7 +323,7 @@ report:
 validate:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
 	$(STUDY) tests/validation
-	LDBENCH_SLOW=1 OMP_NUM_THREADS=1 $(PYTHON) -m pytest -q -n $(CORES) -m slow tests
+	$(BARE) LDBENCH_SLOW=1 $(PYTHON) -m pytest -q -n $(CORES) -m slow tests
 
 bench:
 	$(call built,$(EXE) $(TESTS) $(WRAPPER))
