@@ -55,14 +55,13 @@ contains
     n = size(diagonal)
     solved = .false.
     do i = 1, n
-      if (i > 1) then
-        diagonal(i) = diagonal(i) - beside(i - 1)**2
-        b(i, :) = b(i, :) - beside(i - 1)*b(i - 1, :)
-      end if
       if (.not. diagonal(i) > 0) return
       diagonal(i) = sqrt(diagonal(i))
-      beside(i) = beside(i)*(1/diagonal(i))
       b(i, :) = b(i, :)/diagonal(i)
+      if (i == n) exit
+      beside(i) = beside(i)*(1/diagonal(i))
+      diagonal(i + 1) = diagonal(i + 1) - beside(i)**2
+      b(i + 1, :) = b(i + 1, :) - beside(i)*b(i, :)
     end do
     do i = n, 1, -1
       if (i < n) b(i, :) = b(i, :) - beside(i)*b(i + 1, :)

@@ -309,15 +309,13 @@ contains
       n = n + 1
       place(n) = i
     end do
+    x(:n) = g(place(:n))
     do j = 1, n
       L(j:n, j) = K(place(j:n), place(j))
       do i = 1, j - 1
         L(j:n, j) = L(j:n, j) - L(j, i)*L(j:n, i)
       end do
       L(j:n, j) = L(j:n, j)/sqrt(max(L(j, j), tiny(1.0_dp)))
-    end do
-    x(:n) = g(place(:n))
-    do j = 1, n
       x(j) = x(j)/L(j, j)
       x(j + 1:n) = x(j + 1:n) - x(j)*L(j + 1:n, j)
     end do
