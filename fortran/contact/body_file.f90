@@ -162,9 +162,11 @@ contains
     type(section_type), intent(inout) :: section
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: number(1), row(section%strips), previous
-    integer :: i
+    integer :: most, i
 
-    allocate (section%wave(most_waves), section%difference(most_waves, section%strips, section%strips))
+    ! A wave has a line of its own and one for each strip.
+    most = min(most_waves, (size(at%lines) - at%next + 1)/(section%strips + 1) + 1)
+    allocate (section%wave(most), section%difference(most, section%strips, section%strips))
     previous = 0
     do while (begins(at, 'wave'))
       call get(at, 'wave', number, error)

@@ -132,9 +132,14 @@ contains
     real(dp), intent(in) :: points(:, :)
     integer, intent(in) :: line(:)
     type(error_type), allocatable, intent(out) :: error
+    real(dp) :: least_after(size(points, 2))   ! y of this and all later points [mm]
     integer :: n, i, j
 
     n = size(points, 2)
+    least_after = points(1, :)
+    do i = n - 1, 1, -1
+      least_after(i) = min(least_after(i), least_after(i + 1))
+    end do
     do i = 2, n
       if (norm2(points(:, i) - points(:, i - 1)) >= least_spacing) cycle
       call refuse(error, 'a point at least '//str(least_spacing)//' mm from the one before', &
@@ -143,7 +148,8 @@ contains
     end do
     do i = 1, n - 3
       do j = i + 2, n - 1
-        ! Bounding boxes first: the exact test runs for near neighbours only.
+        ! The exact test runs for near neighbours only: the curve may come back over this segment, or it has gone past.
+        if (least_after(j) > max(points(1, i), points(1, i + 1))) exit
         if (min(points(1, i), points(1, i + 1)) > max(points(1, j), points(1, j + 1))) cycle
         if (max(points(1, i), points(1, i + 1)) < min(points(1, j), points(1, j + 1))) cycle
         if (.not. crosses(points(:, i:i + 1), points(:, j:j + 1))) cycle

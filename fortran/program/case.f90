@@ -263,7 +263,7 @@ contains
     integer :: from
 
     from = merge(2, 1, scan(word, '+-') == 1)
-    if (index(word(min(from, len(word)):), '1:') /= 1) then
+    if (index(word(from:), '1:') /= 1) then
       call to_real(word, angle, ok)
       return
     end if

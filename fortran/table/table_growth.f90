@@ -177,11 +177,12 @@ contains
     type(table_type), intent(inout) :: table
     integer, intent(in) :: z, i, j, k      !! zone; point of q, of roll, of u
     real(dp) :: pose(3), energy, h
-    logical :: ok
+    logical :: ok, first
 
     associate (t => table%zones(z), q => table%zones(z)%q%x)
       s = t%s_at(i, j, k)
       if (.not. ieee_is_nan(s)) return
+      ok = .true.
       if (i == 1) then
         s = energy_at(table, z, 2, j, k)*q(3)*q(4)/((q(2) - q(3))*(q(2) - q(4))) &
           + energy_at(table, z, 3, j, k)*q(2)*q(4)/((q(3) - q(2))*(q(3) - q(4))) &
@@ -191,9 +192,9 @@ contains
         pose = zone_pose(t, t%u%x(k), h - q(i)**2, table%roll%x(j))
         call press_zone(table%law, table%law%side%zones(z), pose, energy, ok)
         s = energy/q(i)**5
-        call count_solution(table, ok)
       end if
-      call publish(s, t%s_at(i, j, k))
+      call publish(s, t%s_at(i, j, k), first)
+      if (first .and. i > 1) call count_solution(table, ok)
     end associate
   end function energy_at
 
@@ -204,7 +205,7 @@ contains
     integer, intent(in) :: n, i, j, k      !! pair; point of p, of roll, of u
     real(dp), parameter :: least_depth = 0.2_dp   ! of the first point, at which nothing would carry, of the second one
     real(dp) :: pose(3), h, influence(size(table%zones))
-    logical :: ok
+    logical :: ok, first
     integer :: m
 
     associate (pair => table%pairs(n), second => table%pairs(n)%zone(2))
@@ -213,10 +214,11 @@ contains
       h = height_of(table, second, pair%roll%x(j), pair%u%x(k))
       pose = zone_pose(table%zones(second), pair%u%x(k), h - max(pair%p%x(i), least_depth*pair%p%x(2)), pair%roll%x(j))
       call find_influences(table%law, elements(table%law), second, pose, influence, ok)
-      call count_solution(table, ok)
       do m = 1, size(table%pairs)
         associate (other => table%pairs(m))
-          if (other%zone(2) == second) call publish(influence(other%zone(1)), other%c_at(i, j, k))
+          if (other%zone(2) /= second) cycle
+          call publish(influence(other%zone(1)), other%c_at(i, j, k), first)
+          if (m == n .and. first) call count_solution(table, ok)
         end associate
       end do
       c = pair%c_at(i, j, k)
@@ -283,12 +285,17 @@ contains
   end subroutine count_solution
 
   !> Show a number to other threads.
-  subroutine publish(x, shared)
+  subroutine publish(x, shared, first)
     real(dp), intent(in) :: x
     real(dp), intent(inout) :: shared
+    logical, intent(out), optional :: first    !! no other thread has found it meanwhile
+    real(dp) :: before
 
-    !$omp atomic write
+    !$omp atomic capture
+    before = shared
     shared = x
+    !$omp end atomic
+    if (present(first)) first = ieee_is_nan(before)
   end subroutine publish
 
 end module table_growth
