@@ -7,11 +7,11 @@
 module cut_steps
   use, intrinsic :: iso_fortran_env, only: int64
   use errors, only: error_type, refuse
-  use integrators, only: advance, energy_change, energy_rounding, integrator_type, step_ok
+  use integrators, only: advance, integrator_type, step_ok
   use kinds, only: dp
-  use motion_state, only: motion_type
+  use motion_state, only: energy_change, energy_rounding, motion_type
   use text, only: str
-  use wheelset, only: wheelset_type
+  use elastic_contacts, only: elastic_wheelset
   implicit none
   private
   public :: cutting_type, step_watcher, cut_step, short_step
@@ -50,7 +50,7 @@ contains
 
   !> Make one step, or the shorter ones that replace it. The motion ends where a step fails after all halvings.
   recursive subroutine cut_step(w, integrator, cutting, motion, dt, halvings, watcher, status, error)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(cutting_type), intent(in) :: cutting
     type(motion_type), intent(inout) :: motion
@@ -116,7 +116,7 @@ contains
   !> The error of a step over its tolerance or, where the error is inside, the change of the total energy: that of a step with a
   !> large error does not tell how short steps must be.
   pure real(dp) function excess_of(w, cutting, old, new) result(excess)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(cutting_type), intent(in) :: cutting
     type(motion_type), intent(in) :: old, new
     real(dp) :: change
@@ -132,7 +132,7 @@ contains
 
   !> The motion at a time t near the end `old` of a step, in as many equal steps as the tolerances need.
   subroutine short_step(w, integrator, cutting, old, t, there, found, evaluations)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(cutting_type), intent(in) :: cutting
     type(motion_type), intent(in) :: old

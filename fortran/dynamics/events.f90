@@ -18,10 +18,11 @@
 module events
   use contact_zones, only: side_type
   use kinds, only: dp
-  use motion_state, only: motion_type
+  use motion_state, only: closed, contact_state, motion_type
   use root_bracket, only: bracket_type
   use step_times, only: find_change, pose_between
-  use wheelset, only: closed, contact_state, external_force, flanges, outwards, right_tread, treads, wheelset_type
+  use elastic_contacts, only: elastic_wheelset
+  use wheelset, only: external_force, flanges, outwards, right_tread, treads
   implicit none
   private
   public :: event_log, event_type, row_time_type, watch, note_overturning, event_kinds, elastic_kinds, causes, impact, kept, never
@@ -89,7 +90,7 @@ contains
   !> Compare the two ends of a step.
   subroutine watch(log, w, old, new, side)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(motion_type), intent(in) :: old, new
     type(side_type), intent(in) :: side(:)  !! left, right
     real(dp), parameter :: apart = 2e-9_dp  ! times closer than this are one [s]
@@ -207,7 +208,7 @@ contains
   !> the rail, and the wheelset moves and rolls outwards.
   subroutine note_overturning(log, w, motion, side)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(motion_type), intent(in) :: motion
     type(side_type), intent(in) :: side(2)
     real(dp) :: tip(2, 2), force(3)
@@ -231,7 +232,7 @@ contains
   !> The wheelset derails over the rail of side k.
   subroutine note_derailment(log, w, k, t, is_closed)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     integer, intent(in) :: k                !! 1 left, 2 right
     real(dp), intent(in) :: t               !! [s]
     logical, intent(in) :: is_closed(4)     !! contacts at the end of the step
@@ -248,7 +249,7 @@ contains
 
   subroutine note_lift_off(log, w, k, t)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     integer, intent(in) :: k               !! 1 left, 2 right
     real(dp), intent(in) :: t              !! [s]
 
@@ -259,7 +260,7 @@ contains
   !> The wheelset passes the centre.
   subroutine note_passage(log, w, t)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     real(dp), intent(in) :: t              !! [s]
 
     if (any(log%counts(flange_contact) > 0)) log%passed = min(log%passed, t)
@@ -299,7 +300,7 @@ contains
   !> Record an event that has a row without a change of a contact.
   subroutine record_with_row(log, w, event)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(event_type), intent(in) :: event
 
     call add_moment(log, row_time_type(event%t))
@@ -309,7 +310,7 @@ contains
   !> Count an event, and keep it with the lateral force if it is among the first of its kind.
   subroutine record(log, w, event)
     type(event_log), intent(inout) :: log
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(event_type), intent(in) :: event
 
     log%counts(event%kind) = log%counts(event%kind) + 1
@@ -321,7 +322,7 @@ contains
 
   !> The external lateral force at a time t [s], [N].
   pure real(dp) function lateral_force(w, t)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     real(dp), intent(in) :: t
     real(dp) :: force(3)
 

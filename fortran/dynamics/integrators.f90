@@ -10,12 +10,13 @@
 module integrators
   use kinds, only: dp
   use linear_solver, only: solve_linear
-  use motion_state, only: motion_type
+  use motion_state, only: contact_state, motion_type
   use zone_tables, only: inside
-  use wheelset, only: contact_state, contacts, external_force, symmetric, total, wheelset_type
+  use elastic_contacts, only: contacts, elastic_wheelset, symmetric
+  use wheelset, only: external_force
   implicit none
   private
-  public :: integrator_type, stability_limit, evaluate_contacts, advance, energy_change, energy_rounding, step_ok, step_diverged
+  public :: integrator_type, stability_limit, evaluate_contacts, advance, step_ok, step_diverged
 
   type :: integrator_type
     integer :: order = 4               !! or 2
@@ -42,7 +43,7 @@ contains
 
   !> Contacts and accelerations of a motion.
   subroutine evaluate_contacts(w, motion, status)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(motion_type), intent(inout) :: motion
     integer, intent(out) :: status
 
@@ -67,7 +68,7 @@ contains
 
   !> One step dt from `old` to `new`. `status`: step_ok, step_diverged, or why the pose left the table.
   subroutine advance(w, integrator, old, dt, new, evaluations, status)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
@@ -82,36 +83,9 @@ contains
     end if
   end subroutine advance
 
-  !> Change of the total energy in a step, less the work of the lateral force [J]. The exact motion has zero. Left and right
-  !> are summed separately, so that the mirrored run rounds in the same way.
-  pure real(dp) function energy_change(w, old, new) result(change)
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(in) :: old, new
-
-    change = 0.5_dp*sum(w%inertia()*(new%v - old%v)*(new%v + old%v)) + w%weight()*(new%q(2) - old%q(2)) &
-      + elastic_change(old%contact, new%contact) - (new%work - old%work)
-  end function energy_change
-
-  !> Change of the contacts' elastic energy [J].
-  pure real(dp) function elastic_change(old, new) result(change)
-    type(contact_state), intent(in) :: old, new
-
-    change = sum(new%energy(:2) - old%energy(:2)) + sum(new%energy(3:) - old%energy(3:))
-  end function elastic_change
-
-  !> Change of the total energy that rounding of the pose can cause [J].
-  pure real(dp) function energy_rounding(w, motion)
-    type(wheelset_type), intent(in) :: w
-    type(motion_type), intent(in) :: motion
-    real(dp) :: forces(3)
-
-    forces = total(abs(motion%contact%slope)) + abs(external_force(w, motion%t))
-    energy_rounding = 4*epsilon(1.0_dp)*dot_product(forces, abs(motion%q))
-  end function energy_rounding
-
   !> The explicit step of order 4.
   subroutine kick_and_drift(w, old, dt, new, evaluations, status)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
     type(motion_type), intent(inout) :: new
@@ -154,7 +128,7 @@ contains
 
   !> Length of a displacement, or size of an acceleration, in the kinetic metric.
   pure real(dp) function length(w, x)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     real(dp), intent(in) :: x(3)               !! [m, m, rad]
 
     length = sqrt(sum(w%inertia()*x**2)/w%mass)
@@ -162,7 +136,7 @@ contains
 
   !> Newmark's step.
   subroutine advance_newmark(w, integrator, old, dt, new, evaluations, status)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt
@@ -196,7 +170,7 @@ contains
 
   !> Pose and acceleration at the end of Newmark's implicit step.
   subroutine solve_newmark(w, integrator, old, dt, new, evaluations, status)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(integrator_type), intent(in) :: integrator
     type(motion_type), intent(in) :: old
     real(dp), intent(in) :: dt

@@ -6,7 +6,9 @@
 !> that holds it there has its maximum at the limit.
 module static_limit
   use kinds, only: dp
-  use wheelset, only: closed, contact_state, contacts, flanges, hold, treads, wheelset_type
+  use elastic_contacts, only: contacts, elastic_wheelset, hold
+  use motion_state, only: closed, contact_state
+  use wheelset, only: flanges, treads
   implicit none
   private
   public :: largest_force
@@ -15,7 +17,7 @@ contains
 
   !> The largest lateral force to the left (`way` = 1) or to the right (-1) [N]; `ok` is false where the table ends before it.
   subroutine largest_force(w, rest, clearance, way, force, ok)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     real(dp), intent(in) :: rest(3)        !! equilibrium at the centre: y, z [m], roll [rad]
     real(dp), intent(in) :: clearance      !! on this side [m]
     integer, intent(in) :: way
@@ -67,7 +69,7 @@ contains
 
   !> The maximum of the force between the displacements of three poses, by golden sections.
   subroutine find_top(w, way, poses, force)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(in) :: poses(3, 3)    !! y, z [m], roll [rad] in columns
     real(dp), intent(inout) :: force       !! at the second pose; on return the largest one [N]
@@ -104,7 +106,7 @@ contains
 
   !> Equilibrium of the wheelset that is held at the lateral position of q, and the lateral force that holds it there.
   subroutine lean(w, way, q, held, stands)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(inout) :: q(3)        !! y, z [m], roll [rad]; on entry a pose nearby
     real(dp), intent(out) :: held          !! outwards [N]
@@ -116,7 +118,7 @@ contains
 
   !> Whether the wheel on the other side carries nothing.
   subroutine find_unloaded(w, way, q, unloaded)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     integer, intent(in) :: way
     real(dp), intent(in) :: q(3)
     logical, intent(out) :: unloaded

@@ -2,8 +2,9 @@
 !> in time whose values, velocities and accelerations are those of both ends.
 module step_times
   use kinds, only: dp
-  use motion_state, only: motion_type
-  use wheelset, only: closed, contact_state, contacts, right_tread, wheelset_type
+  use motion_state, only: closed, contact_state, motion_type
+  use elastic_contacts, only: contacts, elastic_wheelset
+  use wheelset, only: right_tread
   use zone_tables, only: inside
   implicit none
   private
@@ -32,7 +33,7 @@ contains
   !> The energy of a contact grows with the power 5/2 of its penetration, so that its power 2/5 goes nearly in a straight line to
   !> zero. A point beyond that zero bounds it from the other side.
   subroutine find_change(w, old, new, contact, t, state)
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(motion_type), intent(in) :: old, new
     integer, intent(in) :: contact
     real(dp), intent(out) :: t

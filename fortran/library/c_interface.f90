@@ -13,7 +13,7 @@ module c_interface
   use errors, only: error_type, fatal_error, refuse
   use events, only: event_kinds
   use kinds, only: dp, version
-  use motion_state, only: motion_type
+  use motion_state, only: contact_state, motion_type
   use motion_steps, only: advance_motion, refuse_pose
   use open_cases, only: add_case, case_at, close_case
   use places, only: folder_of
@@ -23,7 +23,8 @@ module c_interface
   use run_results, only: describe_results, describe_setup
   use run_tables, only: keep_tables
   use text, only: line_type, read_lines, split_lines, str
-  use wheelset, only: contact_state, contacts, right_tread
+  use elastic_contacts, only: contacts
+  use wheelset, only: right_tread
   use zone_tables, only: inside
   implicit none
   private

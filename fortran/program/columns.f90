@@ -11,11 +11,11 @@ module columns
   use case, only: case_type
   use curve, only: curve_point, near_interval
   use kinds, only: dp, gravity
-  use motion_state, only: motion_type
+  use motion_state, only: closed, contact_state, motion_type
   use run_setup, only: setup_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use wheel_rail_pair, only: pair_type, rolled, wheel_station
-  use wheelset, only: closed, contact_name, contact_state, external_force, right_tread
+  use wheelset, only: contact_name, external_force, right_tread
   implicit none
   private
   public :: column_type, column_width, most_columns, energy_type, energies, list_columns, contact_columns

@@ -6,7 +6,7 @@ module elastic_run
   use errors, only: append_advice, error_type, refuse
   use events, only: never, note_overturning, row_time_type
   use kinds, only: dp
-  use motion_state, only: motion_type
+  use motion_state, only: closed, motion_type
   use cut_steps, only: cut_step, cutting_type, short_step, step_watcher
   use force_peaks, only: find_peak, passed_peak
   use integrators, only: evaluate_contacts, integrator_type, step_diverged, step_ok
@@ -14,7 +14,6 @@ module elastic_run
   use run_monitor, only: normal_forces, instant, run_monitor_type
   use run_setup, only: roll_rate_on_rails, setup_type
   use text, only: str
-  use wheelset, only: closed
   implicit none
   private
   public :: start_elastic, initial_motion, elastic_step

@@ -5,7 +5,7 @@ module judged_poses
   use kinds, only: dp
   use motion_state, only: motion_type
   use wheel_rail_pair, only: mirror
-  use wheelset, only: wheelset_type
+  use elastic_contacts, only: elastic_wheelset
   implicit none
   private
   public :: pose_choice, accuracy_type
@@ -59,7 +59,7 @@ contains
   !> Compare the forces of the tables with direct solutions.
   subroutine measure(this, w, accuracy)
     class(pose_choice), intent(in) :: this
-    type(wheelset_type), intent(in) :: w
+    type(elastic_wheelset), intent(in) :: w
     type(accuracy_type), intent(out) :: accuracy
     real(dp) :: error(2, classes, places, 2), force
     logical :: solved(2, classes, places, 2), touching(2)

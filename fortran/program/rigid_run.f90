@@ -4,8 +4,7 @@ module rigid_run
   use events, only: never
   use force_peaks, only: passed_peak
   use kinds, only: dp
-  use motion_state, only: motion_type
-  use integrators, only: energy_rounding
+  use motion_state, only: energy_rounding, motion_type
   use rigid_motion, only: advance_rigid, no_solution, path_ends, rigid_type, rule_type, start_motion, step_ok
   use row_sink, only: at_event, at_impact
   use run_monitor, only: normal_forces, instant, run_monitor_type
@@ -25,8 +24,8 @@ contains
 
     associate (c => monitor%c, setup => monitor%setup)
       call start_motion(rule_type(c%formulation == 'bilateral', c%restitution, c%energy_tolerance, c%max_halvings), &
-        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset, setup%side, setup%equilibrium, c%extent%lateral, rigid, &
-        motion, monitor%run%changes, error)
+        [c%y, c%z, c%roll], [c%vy, c%vz, c%roll_rate], setup%wheelset%wheelset_type, setup%side, &
+        setup%equilibrium, c%extent%lateral, rigid, motion, monitor%run%changes, error)
     end associate
   end subroutine start_rigid
 

@@ -8,12 +8,12 @@ module run_monitor
   use judged_poses, only: accuracy_type, pose_choice
   use kinds, only: dp
   use largest_pressure, only: find_pressures, hardest_rows, has_pressures, moment_type, pressure_type
-  use motion_state, only: motion_type
+  use motion_state, only: closed, motion_type
   use root_bracket, only: bracket_type
   use row_sink, only: at_event, on_grid, row_queue, row_writer
   use run_setup, only: setup_type
   use text, only: str
-  use wheelset, only: closed, flanges, outwards
+  use wheelset, only: flanges, outwards
   implicit none
   private
   public :: run_type, run_monitor_type, normal_forces, instant

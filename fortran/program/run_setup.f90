@@ -14,7 +14,7 @@ module run_setup
   use static_limit, only: largest_force
   use text, only: str
   use wheel_rail_pair, only: same_pair
-  use wheelset, only: find_rest, settle, small_oscillations, wheelset_type
+  use elastic_contacts, only: elastic_wheelset, find_rest, settle, small_oscillations
   implicit none
   private
   public :: setup_type, place_sides, set_wheelset, roll_rate_on_rails
@@ -25,7 +25,7 @@ module run_setup
     real(dp) :: inclination(2) = 0     !! of the rails beyond their files, left, right [rad]
     character(8) :: bodies_sum = ''    !! CRC-32 of the file of bodies; '' where there is none
     logical :: symmetric = .true.      !! left and right have the same profiles
-    type(wheelset_type) :: wheelset
+    type(elastic_wheelset) :: wheelset
     real(dp) :: centred(3) = 0         !! pose of the rigid wheelset on both rails at y = 0
     real(dp) :: equilibrium(3) = 0     !! static, held at y = 0: Z and roll are measured from it [m, m, rad]
     real(dp) :: rest(3) = 0            !! static equilibrium of the free wheelset [m, m, rad]
@@ -180,8 +180,8 @@ contains
       if (ok) call small_oscillations(setup%wheelset, setup%rest, setup%frequency, setup%shapes)
     else
       setup%frequency = ieee_value(1.0_dp, ieee_quiet_nan)
-      call rest_on_rails(setup%side, setup%wheelset, setup%centred, setup%symmetric, c%extent%lateral, setup%equilibrium, &
-        setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
+      call rest_on_rails(setup%side, setup%wheelset%wheelset_type, setup%centred, setup%symmetric, c%extent%lateral, &
+        setup%equilibrium, setup%rest, setup%frequency(1), setup%shapes(:, 1), ok)
     end if
     if (.not. ok) then
       call refuse(error, 'profiles on which the wheelset rests between its flanges', 'no equilibrium there', &
@@ -192,7 +192,8 @@ contains
       if (c%formulation == 'elastic') then
         call largest_force(setup%wheelset, setup%equilibrium, setup%side(k)%clearance, way(k), setup%limit(k), ok)
       else
-        call largest_force_on_rails(setup%side, setup%wheelset, setup%centred, c%extent%lateral, way(k), setup%limit(k), ok)
+        call largest_force_on_rails(setup%side, setup%wheelset%wheelset_type, setup%centred, c%extent%lateral, way(k), &
+          setup%limit(k), ok)
       end if
       if (.not. ok) setup%limit(k) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do

@@ -7,7 +7,7 @@ module constraint_forces
   use contact_zones, only: side_type
   use gap_functions, only: find_gap, gap_type
   use kinds, only: dp
-  use wheelset, only: contact_state, total
+  use motion_state, only: contact_state, total
   implicit none
   private
   public :: couplings, convective_acceleration, closing_forces, close_gaps, stop_gaps, set_state, solve_independent, &

@@ -11,9 +11,8 @@ module rigid_steps
   use contact_zones, only: side_type
   use gap_functions, only: accept_depth, contacts_type, gap_type
   use impacts, only: resolve_contacts, set_forces
-  use integrators, only: energy_rounding
   use kinds, only: dp
-  use motion_state, only: motion_type
+  use motion_state, only: energy_rounding, motion_type
   use rival_points, only: search_rivals
   use step_events, only: find_event, find_newcomers, may_open
   use wheelset, only: wheelset_type

@@ -10,9 +10,8 @@ module smooth_motion
   use constraint_forces, only: close_gaps, closing_forces, most_closed, stop_gaps
   use contact_zones, only: side_type
   use gap_functions, only: find_gap, gap_type
-  use integrators, only: energy_change, energy_rounding
   use kinds, only: dp
-  use motion_state, only: motion_type
+  use motion_state, only: energy_change, energy_rounding, motion_type
   use rival_points, only: drop_merged_rivals
   use wheelset, only: external_force, wheelset_type
   implicit none

@@ -19,7 +19,9 @@ module by_sundials
   use kinds, only: dp
   use zone_tables, only: inside
   use run_setup, only: setup_type
-  use wheelset, only: contact_state, contacts, external_force
+  use elastic_contacts, only: contacts
+  use motion_state, only: contact_state
+  use wheelset, only: external_force
   implicit none
   private
   public :: problem_type, solve

@@ -20,7 +20,7 @@ module flat
   use handles
   use kinds, only: version
   use largest_pressure, only: grids
-  use motion_state, only: motion_type
+  use motion_state, only: contact_state, motion_type
   use places, only: find_path => find_file, folder_of_tables => kept_folder, places_type
   use profile, only: profile_type, read_profile
   use results, only: result_list
@@ -30,7 +30,7 @@ module flat
   use text, only: line_type, read_lines, split_lines
   use upright_rails, only: warn_of_upright
   use wheel_rail_pair, only: mirror
-  use wheelset, only: contact_state, contacts
+  use elastic_contacts, only: contacts
   implicit none
   public
 
