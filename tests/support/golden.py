@@ -71,8 +71,9 @@ def listed(folder: Path) -> list[list[object]]:
 
 
 def kept(part: str, key: str, make: Callable[[Path], object], *recipe: str) -> Path:
-    """The folder of a part, which `make` fills if nothing whole is there. recipe: modules of tests that make it, beside this one."""
-    files = [next(file for folder in ("support", "shown") if (file := REPO/f"tests/{folder}/{name}.py").exists()) for name in recipe]
+    """The folder of a part, which `make` fills if nothing whole is there. recipe: modules of the tests that make it."""
+    files = [file for name in recipe for folder in ("support", "shown") if (file := REPO/f"tests/{folder}/{name}.py").exists()]
+    assert len(files) == len(recipe), recipe
     name = f"{LDBENCH.name}-{part}"
     folder = FOLDER/f"{name}-{hashlib.sha256((key + digest(*files)).encode()).hexdigest()[:16]}"
     made, whole = folder/"made", folder/"whole.json"
@@ -114,22 +115,41 @@ class Parts(Mapping[K, V], Generic[K, V]):
 
 # The ramp of exercise 5, so much steeper that the wheelset derails after 2.6 s, and rows as often as its steps allow.
 STEEPER = {"lateral_ramp": "1.2e5", "interval": "2.5e-4"}
+# A wheelset that is thrown from flange to flange between unlike sides.
+UNLIKE = {"wheel_profile_right": "'profiles/swprof.yz'", "rail_profile_right": "'profiles/srprof.yz'", "vY": "1.5", "t_end": "0.05"}
 
 
-def steeper(text: str) -> str:
-    """A namelist of exercise 5 with the steeper ramp."""
-    for name, value in STEEPER.items():
+def changed(text: str, values: Mapping[str, str]) -> str:
+    """A shipped namelist with other values."""
+    for name, value in values.items():
         text, found = re.subn(rf"(\b{name} *= *)\S+", rf"\g<1>{value}", text)
         assert found == 1, name
     return text
 
 
-def shipped_run(case: str, whole: bool = False) -> Run:
-    """A shipped input, run by the executable; exercise 5 with the steeper ramp unless the whole is asked for."""
-    short = case.startswith("ex5") and not whole
-    folder = kept(f"run-{case}" + "-whole"*whole, of_runs(),
-                  lambda folder: run_shipped(case, folder, steeper if short else lambda text: text))
-    return read_shipped(case, folder)
+def steeper(text: str) -> str:
+    """The namelist of exercise 5 with the steeper ramp."""
+    return changed(text, STEEPER)
+
+
+def unlike(text: str) -> str:
+    """The namelist of exercise 3 with unlike sides, for 50 ms."""
+    return changed(text, UNLIKE)
+
+
+def run_of(part: str, case: str, change: Callable[[str], str] = lambda text: text) -> Run:
+    """A shipped input, its text changed, run by the executable."""
+    return read_shipped(case, kept(part, of_runs(), lambda folder: run_shipped(case, folder, change)))
+
+
+def shipped_run(case: str) -> Run:
+    """A shipped input, exercise 5 with the steeper ramp."""
+    return run_of(f"run-{case}", case, steeper) if case.startswith("ex5") else run_of(f"run-{case}", case)
+
+
+def unlike_run() -> Run:
+    """The actual profiles on the left, the simplified ones on the right."""
+    return run_of("run-unlike", "ex3_aw", unlike)
 
 
 @functools.cache
@@ -141,7 +161,7 @@ def shipped_runs() -> Mapping[str, Run]:
 @functools.cache
 def whole_ramps() -> Mapping[str, Run]:
     """Exercise 5 as it is shipped: 50 s, two files of 75 MB. For slow tests alone."""
-    return Parts([case for case in CASES if case.startswith("ex5")], lambda case: shipped_run(case, True))
+    return Parts([case for case in CASES if case.startswith("ex5")], lambda case: run_of(f"run-{case}-whole", case))
 
 
 @functools.cache
