@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
+from golden import steeper
 from running import CASES, LDBENCH, REPO, namelist, rows, run_case, short_case
 
 
@@ -167,7 +168,8 @@ def test_shipped_input_says_what_the_call_says(case):
 @pytest.mark.parametrize("case", CASES)
 def test_header_holds_the_values_in_force(case, shipped):
     """Every variable stands in the column file's header, as given, or with its default; inclinations that are 0 do not."""
-    given = parse((REPO / "inputs" / f"{case}.nml").read_text())
+    text = (REPO / "inputs" / f"{case}.nml").read_text()
+    given = parse(steeper(text) if case.startswith("ex5") else text)
     head = shipped[case].header
     in_force = parse(head[head.index("&case"):head.index("&results")])
     if_set = {("track", "rail_inclination"), ("track", "rail_inclination_right")}
