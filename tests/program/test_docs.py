@@ -11,6 +11,7 @@ import documents
 import ldbench
 import make_tables
 from ldbench.commands import COMMANDS
+from ldbench.conicity import FINE_PITCH
 from measure import of_runs
 from running import CASES, HANG, REPO, once
 
@@ -35,7 +36,9 @@ def prepared(common):
 
 
 @pytest.mark.parametrize("page", RUN, ids=name)
-def test_commands_print_what_the_page_shows(page, prepared, tmp_path, undrawn):
+def test_commands_print_what_the_page_shows(page, prepared, tmp_path, undrawn, monkeypatch):
+    # The digits of conicity that pages show do not need the finest pitch, by which most of the time of a pair goes.
+    monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", 4*FINE_PITCH)
     for shown in documents.run_page(page, prepared, tmp_path/"page", SHORTER):
         assert shown.status == 0, f"{shown.command}\n{shown.found}"
         assert shown.fits, f"{shown.command}\nshown:\n{shown.expected}\nprinted:\n{shown.found}"
