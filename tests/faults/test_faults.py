@@ -23,7 +23,7 @@ import pytest
 import ldbench
 from ldbench.__main__ import main
 from ldbench.plots.document import case_figures
-from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, contents, short_case
+from running import FORTRAN_TESTS, HANG, LDBENCH, REPO, bare_environment, contents, short_case
 
 KILLS = 6
 SEED = 11
@@ -213,7 +213,7 @@ def longest_file(most: int) -> Iterator[None]:
     ("compare.pdf", ["compare", "{columns}", "{columns}", "-o", "{out}/compare.pdf"]),
     ("sweep.zarr", ["ensemble", "{case}", "--over", "mass=1400,1500", "-o", "{out}/sweep.zarr"])],
     ids=lambda value: value if isinstance(value, str) else "")
-def test_commands_of_python_tell_what_cannot_be_written(product, command, made, tmp_path, capsys):
+def test_commands_of_python_tell_what_cannot_be_written(product, command, made, undrawn, tmp_path, capsys):
     """In a folder for which there is no space: one line, status 1, and nothing half-written."""
     target = tmp_path/product
     if target.suffix != ".zarr":
@@ -266,10 +266,11 @@ def test_every_kind_of_run_ends_well(groups, right, tmp_path):
 
 def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["sh", "-c", script], cwd=folder, capture_output=True, text=True, timeout=HANG,
-                          env=os.environ | {"LDBENCH": str(LDBENCH), "PYTHON": f"{sys.executable} -m ldbench"})
+                          env=bare_environment() | {"LDBENCH": str(LDBENCH)})
 
 
-def test_closed_and_full_streams(case, monkeypatch):
+def test_closed_and_full_streams(case, undrawn, monkeypatch):
+    """Of the executable; of the commands of Python, tests/program/test_commands.py tries each with a full standard output."""
     assert run(case).returncode == 0
     whole = bytes_of(case)
     one_line(shell("$LDBENCH <&-", case), "standard input")
@@ -280,7 +281,6 @@ def test_closed_and_full_streams(case, monkeypatch):
     assert shell("$LDBENCH case.nml 2>&-", case).returncode == 0
     assert shell("$LDBENCH nothing.nml 2>/dev/full", case).returncode == 1
     assert bytes_of(case) == whole
-    one_line(shell("$PYTHON run case.nml >/dev/full", case), "standard output", "No space left on device")
     # A name that is not UTF-8 is drawn with another letter, of which no line has to tell.
     odd = case/os.fsdecode(b"n\xe9.txt")
     odd.write_bytes(whole["columns.txt"])

@@ -39,6 +39,7 @@ static void openings(const char *namelist, const char *folder) {
   EXPECT(ldbench_open_text("", NULL, NULL, &handle, M), REFUSED, "name: expected an address");
   EXPECT(ldbench_open_text("&contact", "my.nml", NULL, &handle, M), REFUSED, "my.nml");
   EXPECT(ldbench_open_text("&profiles wheel_profile = 'none.yz' /", "my.nml", NULL, &handle, M), REFUSED, "none.yz");
+  EXPECT(ldbench_open_text("&contact model = 'hurtz' /", "my.nml", NULL, &handle, M), REFUSED, "&contact model");
   EXPECT(ldbench_open_text("&wheelset mass = NaN /", "my.nml", NULL, &handle, M), REFUSED, "mass");
   if (handle != 0) expect(__LINE__, (int)handle, 0, "a handle of no case");
 }
@@ -72,15 +73,19 @@ static void contacts(int64_t handle) {
 }
 
 static void numbers(int64_t handle) {
-  double value;
+  double mass, value;
+  EXPECT(ldbench_get(handle, "mass", &mass, M), OK, "");
   EXPECT(ldbench_set(handle, NULL, 1, M), REFUSED, "name: expected an address");
+  EXPECT(ldbench_set(handle, "gauge", 1, M), REFUSED, "name: expected a number of &wheelset, &initial");
   EXPECT(ldbench_set(handle, "gauge", 1, M), REFUSED, "found gauge");
   EXPECT(ldbench_set(handle, "mass", -1, M), REFUSED, "mass");
   EXPECT(ldbench_set(handle, "mass", NAN, M), REFUSED, "mass");
   EXPECT(ldbench_set(handle, "vY", INFINITY, M), REFUSED, "vY");
   EXPECT(ldbench_get(handle, "mass", NULL, M), REFUSED, "value: expected an address");
   EXPECT(ldbench_get(handle, "", &value, M), REFUSED, "name");
+  EXPECT(ldbench_get(handle, "none", &value, M), REFUSED, "found none");
   EXPECT(ldbench_get(handle, "mass", &value, M), OK, "");
+  if (value != mass) expect(__LINE__, 1, 0, "the mass of before");
 }
 
 /* Arrays with less room than what goes there. */
@@ -149,6 +154,7 @@ int main(int count, char **words) {
   nothing(handle);
   nothing(0);
   nothing(-1);
+  EXPECT(ldbench_close(-1, M), REFUSED, "found -1");
   nothing(INT64_MAX);
   nothing(INT64_MIN);
   EXPECT(ldbench_close(other, M), OK, "");

@@ -1,7 +1,6 @@
 """What an installation holds and asks for: optional packages, data files, the version."""
 from __future__ import annotations
 
-import ast
 import json
 import os
 import re
@@ -16,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import ldbench
+from imports import imported
 from ldbench import Case, Error
 from ldbench.__main__ import main
 from ldbench.report import abstract
@@ -61,17 +61,11 @@ def package_name(text: str) -> str:
     return {"PIL": "pillow", "skfem": "scikit-fem"}.get(text, re.match(r"[\w.-]+", text)[0].lower().replace("_", "-"))
 
 
-def imported(*folders: str) -> set[str]:
+def packages_of(*folders: str) -> set[str]:
     """Packages of others that the programs of some folders import, also by `needed`."""
-    sources = [file.read_text(encoding="utf-8") for folder in folders for file in (REPO/folder).rglob("*.py")]
-    found = set()
-    for node in (node for source in sources for node in ast.walk(ast.parse(source))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            found.add(node.module)
-        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "needed":
-            found.add(node.args[0].value)
+    files = [file for folder in folders for file in (REPO/folder).rglob("*.py")]
+    found = {module for file in files for module, _ in imported(file)}
+    found |= {name for file in files for name in re.findall(r"\bneeded\(\"(\w+)\"", file.read_text(encoding="utf-8"))}
     own = {file.stem for folder in EVERYWHERE for file in (REPO/folder).rglob("*.py")} | {"ldbench", "ldbench_round"}
     return {package_name(name) for name in {name.partition(".")[0] for name in found} - own - sys.stdlib_module_names} - TYPES
 
@@ -81,10 +75,10 @@ def test_what_is_imported_is_declared_and_the_reverse():
     extras = [requirement for some in PROJECT["optional-dependencies"].values() for requirement in some]
     declared = {package_name(name) for requirement in PROJECT["dependencies"] + extras
                 for name in re.findall(r"[\w-]+", re.split("[>;]", requirement)[0])}
-    assert imported("wrappers") == declared
+    assert packages_of("wrappers") == declared
     installed = set(map(package_name, (REPO/"requirements.txt").read_text().splitlines()[1:]))
     elsewhere = {"sphinx", "exudyn"}        # of environments of their own
-    assert imported(*EVERYWHERE) - elsewhere == installed - COMMANDS and installed >= COMMANDS
+    assert packages_of(*EVERYWHERE) - elsewhere == installed - COMMANDS and installed >= COMMANDS
 
 
 def test_version_has_one_place(capsys):
@@ -194,8 +188,7 @@ def ways(installed: Installed, file: Path) -> dict[str, Callable[[Path], subproc
 
 
 @pytest.mark.same_build
-@pytest.mark.parametrize("case", [pytest.param(case, marks=[] if case in ("ex1_aw", "ex3_sw") else pytest.mark.slow)
-                                  for case in CASES])
+@pytest.mark.parametrize("case", [pytest.param(case, marks=[] if case == "ex3_sw" else pytest.mark.slow) for case in CASES])
 def test_installed_cases_run_for_a_user_without_rights(case: str, prefix: Installed):
     """From standard input, by its path, by the command and in Python: the results and tables are in the user's folder, and all of
     these have the same bytes."""
@@ -228,6 +221,25 @@ def test_installed_commands_for_a_user_without_rights(prefix: Installed):
     assert sorted(path.stem for path in (folder/"outputs").glob("ex*.txt")) == sorted(CASES)
 
 
+SHORT = "&integrator t_end = 1e-3 / &contact model = 'hertz' / &output file = 'outputs/columns.txt' /\n"
+UNKEPT = r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: cannot be written; .*\n"
+LEAST = "--set", "t_end=1e-3", "--set", "model=hertz", "-o"
+PROFILES = """
+import ldbench
+wheel = ldbench.Profile("profiles/awprof.yz")
+print(wheel.path)
+print(ldbench.run(ldbench.Case(t_end=1e-3, model="hertz", wheel_profile=wheel)).case.wheel_profile == wheel.path)
+"""
+# A run whose table goes to the cache, or is not kept; and one with a smoothed wheel, which cannot do without a file.
+READ_ONLY = """
+import ldbench
+case = ldbench.Case.from_namelist("inputs/ex1_aw.nml").replace(model="hertz", t_end=1e-3)
+print(ldbench.run(case).table.lines()[-1])
+wheel = ldbench.Profile("profiles/awprof.yz", smoothing=0.01)
+print(ldbench.run(case.replace(wheel_profile=wheel, table_folder="")).case.wheel_profile)
+"""
+
+
 @pytest.mark.same_build
 def test_shipped_names_serve_anywhere(prefix: Installed):
     """An installed input and an installed profile have short names in any folder, also where a link leads to the executable."""
@@ -242,25 +254,15 @@ def test_shipped_names_serve_anywhere(prefix: Installed):
         f"in {prefix.share}\n")
     told = prefix.run("python", "-c", PROFILES, cwd=folder)
     assert told.stdout.split("\n")[:2] == [str(next(prefix.root.rglob("data/profiles/awprof.yz"))), "True"], told.stderr
-    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", "--set", "t_end=1e-3", "--set", "model=hertz", "-o",
-                      "mine.txt", cwd=folder)
+    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", *LEAST, "mine.txt", cwd=folder)
     assert done.returncode == 0 and (folder/"mine.txt").is_file(), done.stderr
-
-
-SHORT = "&integrator t_end = 1e-3 / &contact model = 'hertz' / &output file = 'outputs/columns.txt' /\n"
-PROFILES = """
-import ldbench
-wheel = ldbench.Profile("profiles/awprof.yz")
-print(wheel.path)
-print(ldbench.run(ldbench.Case(t_end=1e-3, model="hertz", wheel_profile=wheel)).case.wheel_profile == wheel.path)
-"""
 
 
 @pytest.mark.same_build
 def test_a_read_only_folder_is_not_written(prefix: Installed):
     """Results cannot go there: one line says what to do. What saves time goes to the user's cache, or one line says that it is not
     kept; runs have the same results."""
-    share, folder = prefix.share, prefix.new_folder("read-only")
+    share, folder, none = prefix.share, prefix.new_folder("read-only"), Path("/none")
     for start in ("ldbench", "inputs/ex1_aw.nml"), ("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml"):
         done = prefix.run(*start, cwd=share)
         assert done.returncode == 1 and done.stderr.count("\n") == 1
@@ -268,7 +270,7 @@ def test_a_read_only_folder_is_not_written(prefix: Installed):
                                     "where you may write, or name a file in one\n")
     text = f"&table folder = 'outputs/tables' / {SHORT}".replace("outputs/columns", f"{folder}/columns")
     rows = []
-    for home, work in (folder, "[1-9][0-9]* solutions, 0 found"), (folder, "0 solutions, [1-9][0-9]* found"), (Path("/none"), ""):
+    for home, work in (folder, "[1-9][0-9]* solutions, 0 found"), (folder, "0 solutions, [1-9][0-9]* found"), (none, ""):
         done = prefix.run("ldbench", cwd=share, input=text, home=home)
         assert done.returncode == 0
         if work:
@@ -279,29 +281,21 @@ def test_a_read_only_folder_is_not_written(prefix: Installed):
             assert re.fullmatch(UNKEPT, done.stderr)
         rows.append((folder/"columns.txt").read_bytes())
     assert rows[0] == rows[1] == rows[2]
-    api = "import ldbench; c = ldbench.Case.from_namelist('inputs/ex1_aw.nml').replace(model='hertz', t_end=1e-3); " \
-          "r = ldbench.run(c); print(r.table.lines()[-1])"
-    done = prefix.run("python", "-c", api, cwd=share, home=folder)
-    assert done.stdout.endswith(f"found, kept in {folder}/.cache/ldbench\n") and not done.stderr, done.stderr
-    done = prefix.run("python", "-c", api, cwd=share, home=Path("/none"))
+    done = prefix.run("python", "-c", READ_ONLY, cwd=share, home=folder)
+    kept, made, _ = done.stdout.split("\n")
+    assert kept.endswith(f"found, kept in {folder}/.cache/ldbench") and not done.stderr, done.stderr
+    assert re.fullmatch(rf"{folder}/\.cache/ldbench/awprof-\w+\.yz", made)
+    done = prefix.run("python", "-c", READ_ONLY, cwd=share, home=none)
     assert done.stdout.endswith(", 0 found, not kept\n")
     assert done.stderr.count("Warning: &table folder: outputs/tables/hertz_") == 1
-    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", "--set", "model=hertz", "--set", "t_end=1e-3", "-o",
-                      folder/"made.txt", cwd=share, home=Path("/none"))
-    assert re.fullmatch(UNKEPT, done.stderr) and (folder/"made.txt").is_file()
-    made = "import sys, ldbench; wheel = ldbench.Profile('profiles/awprof.yz', smoothing=0.01); " \
-           "print(ldbench.run(ldbench.Case(model='hertz', t_end=1e-3, wheel_profile=wheel, table_folder='')).case.wheel_profile)"
-    done = prefix.run("python", "-c", made, cwd=share, home=folder)
-    assert re.fullmatch(rf"{folder}/\.cache/ldbench/awprof-\w+\.yz\n", done.stdout), done.stderr
-    done = prefix.run("python", "-c", made, cwd=share, home=Path("/none"))
     assert done.stderr.endswith(
         "Error: outputs/profiles: cannot be made: Permission denied; go to a folder where you may write, or name another one\n")
-    done = prefix.run("python", "-m", "ldbench", "bodies", "inputs/ex2_aw.nml", cwd=share, home=folder)
+    done = prefix.run("python", "-m", "ldbench", "run", "inputs/ex1_aw.nml", *LEAST, folder/"made.txt", cwd=share, home=none)
+    assert re.fullmatch(UNKEPT, done.stderr) and (folder/"made.txt").is_file()
+    done = prefix.run("python", "-m", "ldbench", "table", "inputs/ex1_aw.nml", "--set", "formulation=unilateral", "-o",
+                      "outputs/geometry.txt", cwd=share, home=folder)
     assert done.returncode == 1 and done.stderr == (
         "ldbench: error: outputs: cannot be made: Permission denied; go to a folder where you may write, or name another one\n")
-
-
-UNKEPT = r"ldbench: warning: &table folder: outputs/tables/hertz_\w+\.table: cannot be written; .*\n"
 
 
 def checksums(text: str) -> list[str]:

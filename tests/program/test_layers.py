@@ -1,15 +1,13 @@
 """The rooms of the Python package: each uses itself and those before it alone, as `make lint` holds it for the core."""
 from __future__ import annotations
 
-import ast
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
-from importlib.util import resolve_name
 from pathlib import Path
 
 import ldbench
+from imports import imported
 from running import REPO
 
 SOURCES = {path.stem: path for path in (REPO/"fortran").rglob("*.f90")}
@@ -44,21 +42,15 @@ PYTHON = [path for path in sorted(PACKAGE.rglob("*.py")) if path != PACKAGE/"__i
 MODULES = {*map(dotted, PYTHON), "ldbench._core._flat"}
 
 
-def imported(path: Path) -> Iterator[tuple[str, str]]:
-    """The modules that a module imports, at the top or inside functions, and the names that it takes from them."""
-    package = dotted(path) if path.name == "__init__.py" else dotted(path.parent)
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            module = resolve_name("."*node.level + (node.module or ""), package) if node.level else node.module or ""
-            yield from ((module, alias.name) for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from ((alias.name, "") for alias in node.names)
+def imports(path: Path) -> list[tuple[str, str]]:
+    """The modules that a module imports, and the names that it takes from them."""
+    return imported(path, dotted(path) if path.name == "__init__.py" else dotted(path.parent))
 
 
 def test_rooms_use_each_other_in_one_order():
     """Imports inside functions count as well, and so do those that only types need."""
     used = {(dotted(path), whole if (whole := f"{module}.{name}") in MODULES else module)
-            for path in PYTHON for module, name in imported(path) if module.partition(".")[0] == "ldbench"}
+            for path in PYTHON for module, name in imports(path) if module.partition(".")[0] == "ldbench"}
     assert [one for one, other in used if other == "ldbench"] == [], "a module that imports the package itself"
     between = {tuple(module.split(".")[1] for module in pair) for pair in used}
     assert {room for pair in between for room in pair} <= set(ROOMS)
@@ -73,7 +65,7 @@ PUBLIC = {"ldbench", *re.findall(r"`(ldbench\.[a-z_.]+)`", ON_TOP)}
 
 def test_a_round_uses_public_names_alone():
     """A round imports what docs/python.md lists, and that page lists nothing else."""
-    used = {pair for path in ROUND.rglob("*.py") for pair in imported(path) if pair[0].partition(".")[0] == "ldbench"}
+    used = {pair for path in ROUND.rglob("*.py") for pair in imports(path) if pair[0].partition(".")[0] == "ldbench"}
     private = {(module, name) for module, name in used if f"{module}.{name}" not in PUBLIC and not (module in PUBLIC and (
         name in (*ldbench.__all__, "__version__") if module == "ldbench" else name and not name.startswith("_")))}
     assert private == set()

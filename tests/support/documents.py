@@ -22,13 +22,14 @@ import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+from golden import shipped_run
 from ldbench.__main__ import main
 from running import HANG, LDBENCH, REPO, kept_tables
 
@@ -61,18 +62,18 @@ def blocks(page: Path) -> list[re.Match[str]]:
 
 
 def prepare(folder: Path) -> None:
-    """Make the files that pages begin with: two runs. Contact tables are the kept ones."""
+    """Put the files there that pages begin with: two runs. Contact tables are the kept ones."""
     for name in "inputs", "profiles":
         shutil.copytree(REPO/name, folder/name)
     (folder/"outputs").mkdir()
     (folder/"outputs/tables").symlink_to(kept_tables())
     for case in "ex1_aw", "ex2_aw":
-        subprocess.run([LDBENCH, f"inputs/{case}.nml"], cwd=folder, check=True, capture_output=True, timeout=HANG)
+        shutil.copy(shipped_run(case).file, folder/"outputs")
 
 
-def run_page(page: Path, prepared: Path, folder: Path) -> list[Shown]:
+def run_page(page: Path, prepared: Path, folder: Path, shorter: Mapping[str, str] | None = None) -> list[Shown]:
     """Run the blocks of a page in a folder with copies of the prepared files. Python programs, each of which goes on where the one
-    before ended, and commands of the package run in this process."""
+    before ended, and commands of the package run in this process. `shorter` has words of commands and what replaces them."""
     shutil.copytree(prepared, folder, symlinks=True)
     (folder/"ldbench").symlink_to(LDBENCH)
     found, names, last = [], {"__name__": "__main__"}, ""
@@ -92,7 +93,10 @@ def run_page(page: Path, prepared: Path, folder: Path) -> list[Shown]:
                 found.append(Shown("output of the program before", text, last, 0, block.span("text")))
             else:
                 for one in COMMAND.finditer(text):
-                    status, said = run_command(one[1])
+                    command = one[1]
+                    for known, less in (shorter or {}).items():
+                        command = command.replace(known, less)
+                    status, said = run_command(command)
                     found.append(Shown(one[1], one[2] or "...", said, status, (start + one.start(2), start + one.end(2))))
     return found
 

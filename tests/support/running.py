@@ -43,6 +43,12 @@ def environment(**changes: str) -> dict[str, str]:
     return os.environ | {"PYTHONPATH": path} | changes
 
 
+def bare_environment() -> dict[str, str]:
+    """The environment of a Python program that a user starts on a machine that sets no variables for Python."""
+    here = {name: os.environ[name] for name in ("HOME", "PATH", "TMPDIR", "PYTHONPYCACHEPREFIX") if name in os.environ}
+    return here | {"LANG": "C.UTF-8", "PYTHONPATH": environment()["PYTHONPATH"]}
+
+
 def run_case(text: str, tmp_path: Path, cwd: Path = REPO) -> subprocess.CompletedProcess[str]:
     """Run ldbench on a namelist text, written to tmp_path/case.nml."""
     file = tmp_path / "case.nml"
