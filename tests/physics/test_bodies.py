@@ -1,13 +1,10 @@
 """Wheel and rail as elastic bodies of their own: `&contact influence = 'bodies'` and files of `python -m ldbench bodies`."""
 from __future__ import annotations
 
-import os
 import re
-import subprocess
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,7 +19,7 @@ from ldbench.bodies.elements import influences
 from ldbench.bodies.mesh import make_mesh
 from ldbench.bodies.sections import ARC, PARTS, WIDTH, Section
 from probes import MASS, MIRROR, MODERN, ROLL_INERTIA, probe, text
-from running import HANG, LDBENCH, PAIRS, REPO, kept_tables, refusal, rows, short_case
+from running import PAIRS, REPO, Run as Shipped, kept_tables, refusal, rows, short_case
 
 POISSON = 0.28
 FILES = {pair: REPO/f"profiles/{pair}.bodies" for pair in PAIRS}
@@ -34,10 +31,18 @@ def with_bodies(pair: str, file: Path | None = None, **changes: object) -> Case:
     return Case.exercise(2, pair).replace(influence="bodies", bodies=file or FILES[pair], table_folder=kept_tables(), **changes)
 
 
-def numbers(file: Path) -> list[np.ndarray]:
-    """The numbers of a file of bodies, line by line."""
-    return [np.array(re.sub(r"^[a-z]+ ", "", line).split(), float) for line in file.read_text().splitlines()
-            if re.match(r"(poisson|width|strip|wave|-?[0-9])", line)]
+def influences_in(file: Path) -> dict[str, dict[str, np.ndarray]]:
+    """The influence that a file has, (strip, strip), by the kind of body and by the words of the wave number."""
+    found: dict[str, dict[str, np.ndarray]] = {}
+    for body in re.split(r"^body ", file.read_text(), flags=re.M)[1:]:
+        kind, _, text = body.partition("\n")
+        found[kind] = {}
+        for wave in re.split(r"^wave ", text, flags=re.M)[1:]:
+            k, _, numbers = wave.partition("\n")
+            rows = [np.array(line.split(), float) for line in numbers.splitlines() if re.match(r"-?[0-9]", line)]
+            lower = np.array([np.pad(row, (0, len(rows) - len(row))) for row in rows])
+            found[kind][k] = lower + np.tril(lower, -1).T
+    return found
 
 
 def alone(kind: str, pair: str) -> str:
@@ -49,16 +54,16 @@ def alone(kind: str, pair: str) -> str:
 # The elements, against closed forms
 
 
-def test_a_flat_body_is_a_half_space():
+def test_a_flat_body_is_a_half_space(monkeypatch: pytest.MonkeyPatch):
     """The influence in half a disc of 1 m, whose flat side has strips over 0.1 m, against the mean of K_0(k d)/pi, for waves
     that are long beside a strip and short beside the disc."""
+    monkeypatch.setattr(influence, "WAVES", influence.WAVES[(influence.WAVES > 5) & (influence.WAVES < 100)][::3])
     strips = int(0.1/WIDTH)
     y = WIDTH/PARTS*(np.arange(strips*PARTS + 1) - strips*PARTS/2)
     turn = np.linspace(0, np.pi, ARC + 1)
     arc = np.column_stack([np.cos(turn), np.sin(turn)])
     body = influence.body_of(Section("wheel", np.column_stack([y, 0*y]), arc, (0, ARC)), "flat", "infinite", POISSON)
-    waves = (influence.WAVES > 5) & (influence.WAVES < 100)
-    error = np.abs(body.whole[waves]/body.halfspace[waves] - 1)
+    error = np.abs(body.whole/body.halfspace - 1)
     apart = np.abs(np.arange(strips)[:, None] - np.arange(strips))
     assert error[:, apart >= 2].max() < 7e-3 and error[:, apart < 2].max() < 1e-2
 
@@ -85,15 +90,18 @@ def test_a_solid_cylinder_under_waves_of_pressure():
 @pytest.mark.parametrize(("pair", "support"), [
     ("aw", "infinite"), *(pytest.param(pair, support, marks=pytest.mark.slow) for pair, support in (
         ("aw", "clamped"), ("sw", "infinite"), ("sw", "clamped")))])
-def test_shipped_bodies(pair: str, support: str, tmp_path: Path):
-    """What is found today is in the shipped file. The influence is symmetric, as E. Betti's theorem has it, and positive definite
-    for every wave number: no load is without energy."""
+def test_shipped_bodies(pair: str, support: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """What is found today is in the shipped file, for every sixth wave. The influence is symmetric, as E. Betti's theorem has it,
+    and positive definite for every wave number: no load is without energy."""
+    monkeypatch.setattr(influence, "WAVES", influence.WAVES[::6])
     found = bodies.find(Case.exercise(2, pair), support)
     bodies.write(tmp_path/"today", found)
-    shipped = numbers(REPO/f"profiles/{pair}{'_clamped' if support == 'clamped' else ''}.bodies")
-    today = numbers(tmp_path/"today")
-    assert [len(row) for row in today] == [len(row) for row in shipped]
-    assert np.abs(np.concatenate(today) - np.concatenate(shipped)).max() < 1e-3*np.abs(np.concatenate(shipped)).max()
+    shipped = influences_in(REPO/f"profiles/{pair}{'_clamped' if support == 'clamped' else ''}.bodies")
+    today = influences_in(tmp_path/"today")
+    for kind, waves in today.items():
+        assert len(waves) == 5
+        for k, whole in waves.items():
+            assert np.abs(whole - shipped[kind][k]).max() < 1e-3*np.abs(shipped[kind][k]).max()
     assert [body.kind for body in found] == ["wheel", "rail"]
     for body in found:
         largest = np.abs(body.whole).max(axis=(1, 2))
@@ -106,27 +114,17 @@ def test_shipped_bodies(pair: str, support: str, tmp_path: Path):
 def test_a_clamped_body_gives_less(pair: str):
     """Under any load and for every wave number, as it is a part of the infinite body and is held there. Both files leave
     out the same half-spaces. The triangles below a strip differ between the meshes, which makes some thousandths."""
-    def whole(file: Path) -> list[np.ndarray]:
-        found = []
-        lines = re.sub("^(body|poisson|width|strip|#).*\n", "", file.read_text(), flags=re.M)
-        for one in re.split("^wave .*\n", lines, flags=re.M):
-            rows = [np.array(line.split(), float) for line in one.splitlines() if line]
-            if rows:
-                lower = np.array([np.pad(row, (0, len(rows) - len(row))) for row in rows])
-                found.append(lower + np.tril(lower, -1).T)
-        return found
-
-    free, held = whole(FILES[pair]), whole(REPO/f"profiles/{pair}_clamped.bodies")
-    assert len(free) == len(held) == 2*len(influence.WAVES)
-    for k, (one, other) in enumerate(zip(free, held, strict=True)):
-        gain = np.linalg.eigvalsh(one - other)
-        assert gain[0] > -5e-3 and (gain[-1] > 1 or k % len(influence.WAVES)), (k, gain[[0, -1]])
+    free, held = influences_in(FILES[pair]), influences_in(REPO/f"profiles/{pair}_clamped.bodies")
+    for kind in "wheel", "rail":
+        for n, (k, whole) in enumerate(free[kind].items()):
+            gain = np.linalg.eigvalsh(whole - held[kind][k])
+            assert gain[0] > -5e-3 and (gain[-1] > 1 or n), (kind, k, gain[[0, -1]])
 
 
 # The core
 
 
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("pair", ["aw", pytest.param("sw", marks=pytest.mark.slow)])
 def test_a_whole_wheel_is_stable_in_any_pose(pair: str, tmp_path: Path):
     """The influence of all elements of a wheel on each other is symmetric and positive definite, where tread or flange is
     pressed and where both are, and every solution converges."""
@@ -140,7 +138,7 @@ def test_a_whole_wheel_is_stable_in_any_pose(pair: str, tmp_path: Path):
     found = probe("whole_wheel", tmp_path/"case.nml", stdin=text(np.column_stack([y, table.equilibrium - drop, roll])))
     patches, converged, energy, pivot, skew = found[:, [0, 1, 2, 5, 6]].T
     pressed = patches > 0
-    assert pressed.sum() > 30 and (patches > 1).sum() > 5
+    assert pressed.sum() > 12 and (patches > 1).sum() > 2
     assert (converged == 1).all() and (energy[pressed] > 0).all() and (pivot > 0.2).all() and (skew == 0).all()
 
 
@@ -150,23 +148,16 @@ def test_no_difference_is_the_half_space(tmp_path: Path):
     (tmp_path/"zeros").write_text(same)
     found = []
     for changes in {"influence": "local"}, {"influence": "bodies", "bodies": tmp_path/"zeros"}:
-        case = Case.exercise(2, "aw").replace(stop_at="t_end", t_end=0.024, table_folder="", **changes)
+        case = Case.exercise(2, "aw").replace(stop_at="t_end", Y=0.0099, t_end=2e-3, judged="no", table_folder="", **changes)
         found.append(rows(Path(ldbench.run(case).write(tmp_path/"columns.txt"))))
-    assert found[0] == found[1] and b"\n" in found[0]
+        assert float(found[-1].splitlines()[-1].split()[2]) > 0.0103      # on the flange
+    assert found[0] == found[1]
 
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    """Exercise 2 with the actual profiles."""
-    return ldbench.run(with_bodies("aw"))
-
-
-def first_flange(run: Run) -> SimpleNamespace:
-    """Peak [N] and impulse [N s] of the first contact of the left flange."""
-    t, force = (run.data[name].to_numpy() for name in ("time", "N_LF"))
-    first = np.flatnonzero(force > 0)[0]
-    last = first + np.flatnonzero(force[first:] == 0)[0]
-    return SimpleNamespace(peak=force[first:last].max(), impulse=np.trapezoid(force[first - 1:last + 1], t[first - 1:last + 1]))
+    """Exercise 2 with the actual profiles, through the first flange contact."""
+    return ldbench.run(with_bodies("aw", stop_at="t_end", t_end=0.045, pressures="no"))
 
 
 def test_energy_is_kept(run: Run):
@@ -185,37 +176,18 @@ def test_mirrored_input_gives_mirrored_rows(run: Run):
     assert np.array_equal(run.data.N_LF, other.data.N_RF) and np.array_equal(run.data.E_total, other.data.E_total)
 
 
-def test_two_threads_make_the_same_bytes(tmp_path: Path):
-    found = []
-    for threads in 1, 2:
-        case = short_case(tmp_path, contact={"model": "halfspace", "influence": "bodies", "bodies": FILES["aw"]},
-                          table={"folder": ""}, integrator={"dt": 1e-4, "t_end": 0.022}, output={"interval": 1e-4})
-        (tmp_path/"case.nml").write_text(case)
-        done = subprocess.run([LDBENCH, tmp_path/"case.nml"], capture_output=True, text=True, timeout=HANG, cwd=REPO,
-                              env=os.environ | {"OMP_NUM_THREADS": str(threads)})
-        assert done.returncode == 0, done.stderr
-        found.append((tmp_path/"columns.txt").read_bytes())
-    assert found[0] == found[1]
-
-
-@pytest.mark.parametrize(("pair", "least", "most"), [("aw", 0.80, 0.90), ("sw", 0.90, 0.95)])
-def test_bodies_soften_the_first_impact(pair: str, least: float, most: float, tmp_path: Path):
+def test_bodies_soften_the_first_impact(run: Run, shipped: dict[str, Shipped], tmp_path: Path):
     """Both bodies lower the first peak of the flange by more than the wheel's alone, and the wheel's by more than the rail's alone.
-    The impulse, which turns the wheelset back, stays."""
-    def struck(**changes: object) -> SimpleNamespace:
-        case = Case.exercise(2, pair).replace(stop_at="t_end", t_end=0.045, table_folder=kept_tables())
-        return first_flange(ldbench.run(case.replace(**changes)))
-
-    half = struck()
-    one = {}
+    The impulse, which turns the wheelset back, stays: a softer flange is pressed for longer, and turns more of the motion."""
+    half = ldbench.read_run(shipped["ex2_aw"].file)
+    peaks = [run.results["first_peak_N_LF"]]
     for kind in "wheel", "rail":
-        (tmp_path/kind).write_text(alone(kind, pair))
-        one[kind] = struck(influence="bodies", bodies=tmp_path/kind)
-    both = struck(influence="bodies", bodies=FILES[pair])
-    assert least < both.peak/half.peak < most
-    assert both.peak < one["wheel"].peak < one["rail"].peak < half.peak
-    # A softer flange is pressed for longer, and turns more of the motion.
-    assert both.impulse == pytest.approx(half.impulse, rel=0.04)
+        (tmp_path/kind).write_text(alone(kind, "aw"))
+        one = with_bodies("aw", tmp_path/kind, stop_at="t_end", t_end=0.03, judged="no", pressures="no")
+        peaks.append(ldbench.run(one).results["first_peak_N_LF"])
+    assert peaks == sorted(peaks) and peaks[-1] < half.results["first_peak_N_LF"]
+    assert 0.8 < peaks[0]/half.results["first_peak_N_LF"] < 0.9
+    assert run.results["first_impulse_LF"] == pytest.approx(half.results["first_impulse_LF"], rel=0.04)
 
 
 def test_the_force_is_the_gradient_of_the_potential(run: Run):
@@ -225,7 +197,7 @@ def test_the_force_is_the_gradient_of_the_potential(run: Run):
     touching = np.flatnonzero(data.N_LF > 1e5)
     assert len(touching) > 10
     # Beside the rows, of which those at events are where a contact begins or ends and the stiffness jumps.
-    q = data[POSE].to_numpy()[touching[::len(touching)//10]] + [2e-6, run.table.equilibrium - 3e-6, 0]
+    q = data[POSE].to_numpy()[touching[::len(touching)//4]] + [2e-6, run.table.equilibrium - 3e-6, 0]
     table, steps = run.table, np.diag([1e-7, 1e-7, 1e-7])
     force, stiffness = table.force(*q.T), table.tangent(*q.T)
     for i, step in enumerate(steps):
@@ -234,7 +206,7 @@ def test_the_force_is_the_gradient_of_the_potential(run: Run):
         assert -slope == pytest.approx(force[:, i], abs=1e-5*np.abs(force).max())
         bend = (table.force(*there.T) - table.force(*back.T))/(2*step[i])
         assert -bend == pytest.approx(stiffness[:, i], abs=1e-4*np.abs(stiffness).max())
-    for pose in q[::5]:
+    for pose in q[::3]:
         loads = np.sum([patch.resultant for patch in table.pressure(*pose) if patch.contact[0] == "L"], axis=0)
         wheel = table.force(*pose, wheel="left")[:2]
         assert np.linalg.norm(loads - wheel) < 1.5e-2*np.linalg.norm(wheel)
@@ -250,7 +222,7 @@ def test_a_finer_mesh_and_a_larger_body_change_little(finer: Mapping[str, float]
             monkeypatch.setattr(module, name, value, raising=False)
     bodies.write(tmp_path/"finer", bodies.find(Case.exercise(2, "aw")))
     other = ldbench.run(with_bodies("aw", tmp_path/"finer", stop_at="t_end", t_end=0.03))
-    assert 0 < abs(first_flange(other).peak/first_flange(run).peak - 1) < 5e-3
+    assert 0 < abs(other.results["first_peak_N_LF"]/run.results["first_peak_N_LF"] - 1) < 5e-3
 
 
 # Files
@@ -376,8 +348,8 @@ def test_two_commands_for_any_pair(pair: str, run: Run, tmp_path: Path):
     assert main(["bodies", str(tmp_path/"case.nml"), "-o", str(tmp_path/"made")]) == 0
     assert main(["run", str(tmp_path/"case.nml"), "--set", "influence=bodies", "--set", f"bodies={tmp_path/'made'}",
                  "-o", str(tmp_path/"columns.txt")]) == 0
-    struck = first_flange(ldbench.read_run(tmp_path/"columns.txt"))
+    struck = ldbench.read_run(tmp_path/"columns.txt").results["first_peak_N_LF"]
     if pair == "measured":
-        assert struck.peak == pytest.approx(first_flange(run).peak, rel=0.01)
+        assert struck == pytest.approx(run.results["first_peak_N_LF"], rel=0.01)
     else:
-        assert 0.75 < struck.peak/first_flange(ldbench.run(case)).peak < 0.9
+        assert 0.75 < struck/ldbench.run(case).results["first_peak_N_LF"] < 0.9

@@ -1,7 +1,6 @@
 """Rigid contacts on edges of profiles: the wheels of EN 15302, whose pieces meet with jumps of curvature and steps below a
 micrometre, and an edge with a closed form."""
 import functools
-import itertools
 import tempfile
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import en15302
 import make_profiles as arcs
 from ldbench import Case, Run, run
 from ldbench.constants import MM
+from mirror_image import mirrored
 from probes import MASS, ROLL_INERTIA, WEIGHT
 from round_profiles import FLANGE, RADIUS, THROAT, Shape
 
@@ -46,12 +46,13 @@ def motion(wheel: str, speed: float, law: str) -> Run:
     return run(Case.exercise(1).replace(**placing, **LAWS[law], vY=speed, roll_rate=0.0, t_end=T_END, rows=rows))
 
 
-# On hollows of some nanometres a wheelset without losses bounces a hundred thousand times.
-BOUNCING = "C", 0.3, "unilateral, e = 1"
+EVERY = [(wheel, speed, law) for wheel in WHEELS for speed in SPEEDS for law in LAWS]
+QUICK = [("A", 0.5, "bilateral"), ("B", 0.5, "unilateral, e = 0"), ("I", 0.3, "unilateral, e = 0.5")]
 
 
+# On hollows of some nanometres wheel C without losses bounces a hundred thousand times.
 @pytest.mark.parametrize(("wheel", "speed", "law"), [
-    pytest.param(*one, marks=[pytest.mark.slow]*(one == BOUNCING)) for one in itertools.product(WHEELS, SPEEDS, LAWS)])
+    pytest.param(*one, marks=() if one in QUICK else pytest.mark.slow) for one in EVERY])
 def test_every_wheel_runs(wheel: str, speed: float, law: str):
     """To the return, if there is energy enough for the flange, with the energy of the start but for the losses in impacts."""
     done = motion(wheel, speed, law)
@@ -65,8 +66,9 @@ def test_every_wheel_runs(wheel: str, speed: float, law: str):
     assert lost.max() < 1e-9 if law in ("bilateral", "unilateral, e = 1") else lost.max() > 1e-9
 
 
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("wheel", WHEELS)
+@pytest.mark.parametrize(("wheel", "speed"), [
+    pytest.param(wheel, speed, marks=() if (wheel, speed) == ("A", 0.5) else pytest.mark.slow)
+    for wheel in WHEELS for speed in SPEEDS])
 def test_time_is_the_quadrature_of_the_path(wheel: str, speed: float):
     """T + W Z is constant along the poses of the geometry functions, which no integrator has made."""
     done = motion(wheel, speed, "bilateral")
@@ -87,13 +89,11 @@ def test_time_is_the_quadrature_of_the_path(wheel: str, speed: float):
         assert (np.abs(ours - np.interp(out.Y, y, exact)) < np.where(steep, face, tread)).all()
 
 
-@pytest.mark.parametrize(("wheel", "law"), [("A", "unilateral, e = 0.5"), ("C", "bilateral"), ("I", "bilateral")])
-def test_the_mirror_image_has_the_same_bytes(wheel: str, law: str):
-    left, right = (motion(wheel, speed, law).data for speed in (0.5, -0.5))
-    for name, sign in ("time", 1), ("Y", -1), ("Z", 1), ("roll", -1), ("vY", -1), ("vZ", 1), ("roll_rate", -1):
-        assert np.array_equal(left[name], sign*right[name]), name
-    for one, other in ("LT", "RT"), ("LF", "RF"):
-        assert np.array_equal(left[f"N_{one}"], right[f"N_{other}"]) and np.array_equal(left[f"N_{other}"], right[f"N_{one}"])
+def test_the_mirror_image_has_the_same_bytes():
+    left, right = (motion("B", speed, "unilateral, e = 0").data for speed in (0.5, -0.5))
+    image = mirrored(right)
+    for name in left:
+        assert np.array_equal(left[name], image[name], equal_nan=True), name
 
 
 class Edge(Shape):

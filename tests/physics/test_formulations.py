@@ -1,7 +1,6 @@
 """Rigid contact, bilateral and unilateral, against exact answers."""
 import functools
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,12 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 
 import reference
-from ldbench import Case, ContactTable, Error, Run, run
+from ldbench import Case, Error, Run, run
 from ldbench.report import formulations
 from probes import MASS, MODERN, ROLL_INERTIA, WEIGHT, gaps, left_rail, left_wheel, top, turned
-from reference import RIGID, RIGID_CASES
+from reference import RIGID_CASES
 from round_profiles import Shape
-from running import PAIRS, REPO
+from running import REPO
 
 INERTIA = np.array([MASS, MASS, ROLL_INERTIA])
 
@@ -31,7 +30,7 @@ def velocities(c) -> np.ndarray:
     return np.column_stack([c.vY, c.vZ, c.roll_rate])
 
 
-@pytest.mark.parametrize("name", ["ex1_sw", "ex2_sw", "ex3_aw"])
+@pytest.mark.parametrize("name", ["ex2_sw", "ex3_aw"])
 def test_turning_point_is_where_the_energy_says(name: str):
     """(Z(Y) - Z(0)) W = kinetic energy. Where the geometry functions have one Z for a Y, Y is compared; on the actual
     wheel's flange, where Y stands still, Z."""
@@ -78,7 +77,7 @@ def test_energy_of_a_modern_pair():
         assert done.ending == "return to the centre after both flanges"
         assert done.results["drift"] < 1e-9*done.results["kinetic_energy"]
     rng = np.random.default_rng(0)
-    for _ in range(12):
+    for _ in range(3):
         done = run(ON_60E1.replace(
             formulation="unilateral", restitution=float(rng.choice([0.0, 0.5, 1.0])), vY=float(rng.uniform(0.05, 1)), roll_rate=0.0,
             lateral_force=float(rng.choice([0, 30e3, 60e3])), stop_at="t_end", t_end=0.3, rows="interval"))
@@ -215,17 +214,6 @@ def test_multipliers_are_the_forces_of_statics_and_of_newton():
     assert pulled.any() and (c.Fz_RT[pulled] < 0).all() and (c.angle_RT[pulled].abs() < 0.1).all()
 
 
-def test_elastic_forces_on_the_treads_tend_to_the_multipliers(read_hertz: Callable[[str], ContactTable]):
-    """What is missing falls with the stiffness."""
-    case = Case.exercise(1).replace(vY=0.1, roll_rate=0.0033664252, t_end=0.08, stop_at="t_end", rows="interval", table_folder="")
-    rigid = run(case.replace(formulation="bilateral")).data
-    elastic = case.replace(model="hertz", lateral=0.02, lift=0.03, drop=1e-3, table_roll=0.01, accuracy=1e-2)
-    stiff = run(elastic.replace(stiffness_scale=30.0, depth=8e-4*30**(-2/3))).data
-    steel = run(case.replace(model="hertz"), table=read_hertz("aw")).data
-    missing = [np.sqrt(np.mean((c.N_LT - rigid.N_LT)**2)) for c in (steel, stiff)]
-    assert missing[0] < 300 and missing[1] < 0.4*missing[0]
-
-
 def order(errors: list[float]) -> float:
     """Observed, of errors at steps that are halved: the slope from the first to the last."""
     return np.log2(errors[0]/errors[-1])/(len(errors) - 1)
@@ -241,7 +229,7 @@ def test_bilateral_order(tmp_path: Path):
     assert errors[0] > 1e-10 and 3.5 < order(errors) < 4.5
 
 
-@pytest.mark.parametrize(("name", "restitution"), [("ex1_sw", 0.0), ("ex3_aw", 0.5), ("ex3_sw", 1.0)])
+@pytest.mark.parametrize(("name", "restitution"), [("ex3_aw", 0.5), ("ex3_sw", 1.0)])
 def test_unilateral_order(name: str, restitution: float):
     """At an instant after contacts of both flanges, with dozens of impacts, openings and closings on the way: errors fall
     at least with the fourth power of the step, for none of the events costs an order."""
@@ -265,8 +253,7 @@ def test_free_flight_is_the_parabola():
     assert np.abs(c.E_drift).max() < 1e-9
 
 
-@pytest.mark.parametrize("restitution", [1.0, 0.4, 0.0])
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize(("pair", "restitution"), [("aw", 1.0), ("sw", 0.4), ("aw", 0.0)])
 def test_a_single_impact_has_the_closed_form(pair: str, restitution: float):
     """P = -(1 + e) u/(n.M^-1 n), at the point where the bodies touch and along their common normal: a wheelset in the air hits the
     left rail with its flange."""
@@ -342,9 +329,8 @@ def test_zeno_ends_in_contact():
     assert np.abs(c.roll).max() < 1e-12 and c.N_LT.iloc[-1] == pytest.approx(WEIGHT/2/np.cos(0.025), rel=1e-3)
 
 
-# Every other motion; `make reference` compares all.
-STORED = [(case, formulation) for case, formulation, part in RIGID_CASES
-          if part == "motion" and (int(case[2]) + PAIRS.index(case[-2:]) + list(RIGID).index(formulation)) % 2]
+# A sixth of the motions; `make reference` compares all.
+STORED = [(case, formulation) for case, formulation, part in RIGID_CASES if part == "motion"][::6]
 
 
 @pytest.mark.parametrize(("name", "formulation"), STORED)
@@ -360,17 +346,6 @@ def test_motions_are_the_stored_ones(name: str, formulation: str):
     assert done.results["drift"] < (1e-11 if formulation == "bilateral" else 1e-10)*energy
     if formulation != "bilateral":
         assert done.results["n_impact"] >= 5 and abs(done.data.E_lost.iloc[-1]) < 1e-10*energy
-
-
-def test_exercise_5_ends_as_stored():
-    """And keeps its energy up to there: up to 59 kJ of work. The wheelset rolls over the edge of the rail's crown at the end, where
-    contact jumps over hollows of the spline. `make validate` takes both pairs of profiles with every formulation."""
-    formulation = "unilateral, e = 0.5"
-    done = reference.rigid_run("ex5_aw", formulation, "end")
-    assert done.results["derailed"]
-    assert done.results["drift"] < reference.DRIFTS[formulation]*done.data.W_ext.abs().max()
-    moved = reference.rigid_moves("ex5_aw", formulation, "end")
-    assert not moved, "\n".join(moved)
 
 
 def test_end_of_the_path_is_told():

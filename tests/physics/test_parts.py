@@ -3,24 +3,23 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import ldbench
-from ldbench import Case, run
+from ldbench import Case, read_run, run
 from probes import MODERN, WEIGHT, probe, text
-from running import kept_tables
+from running import Run as Shipped, kept_tables
 
 USUAL = 0.4363                               # flange_angle [rad]
 SPEEDS = 0.2, 0.3, 0.4                       # lateral velocities [m/s]; the first turns back below the flange
-STEPS = 1e-5, 5e-5, 1e-4, 5e-4               # [s]
-ANGLES = np.radians(20), USUAL, np.radians(27)
+STEPS = 2e-5, 1e-4, 5e-4                     # [s]
+STEEP = float(np.radians(27))
 
 
 def thrown(vy: float, **changes: object) -> Case:
     """The wheelset with a lateral velocity, until it is back."""
     return Case(**MODERN).replace(**{
-        "vY": vy, "roll_rate": vy/30, "order": 4, "beta": 0.0, "dt": 1e-4, "interval": 5e-4, "t_end": 0.3, "judged": "no",
+        "vY": vy, "roll_rate": vy/30, "dt": 1e-4, "interval": 5e-4, "t_end": 0.3, "judged": "no",
         "pressures": "no", "stop_at": "return_to_centre", "table_folder": kept_tables()} | changes)
 
 
@@ -44,7 +43,7 @@ def back() -> Callable[..., ldbench.Run]:
     return made
 
 
-@pytest.mark.parametrize("angle", [USUAL, np.radians(27), 0.6, 0.8])
+@pytest.mark.parametrize("angle", [USUAL, 0.8])
 def test_a_part_has_the_loads_of_its_elements(angle: float, back: Callable, tmp_path: Path):
     """The force of each part is within 2 % of the wheel's force of what half-spaces put on the elements on its side of the
     border, while the contact moves over it, and where the wheel presses hardest."""
@@ -53,7 +52,7 @@ def test_a_part_has_the_loads_of_its_elements(angle: float, back: Callable, tmp_
     for done in runs:
         d = done.data
         there = np.flatnonzero((d.Y > 3e-3) & (d.N_LT + d.N_LF > 2e3))
-        chosen.append(poses(done)[there[::max(1, len(there)//25)]])
+        chosen.append(poses(done)[there[::max(1, len(there)//10)]])
     done.case.replace(flange_angle=angle).to_namelist(tmp_path/"case.nml")
     found = probe("wheel_parts", tmp_path/"case.nml", stdin=text(np.concatenate(chosen)))
     assert found[:, 12].all()
@@ -62,7 +61,7 @@ def test_a_part_has_the_loads_of_its_elements(angle: float, back: Callable, tmp_
     error = np.hypot(*np.moveaxis(table - direct, 2, 0)[:2])/whole[:, None]
     share = np.hypot(*direct[:, 1, :2].T)/whole
     if angle < 0.5:
-        assert np.count_nonzero((share > 0.05) & (share < 0.95)) >= 5
+        assert np.count_nonzero((share > 0.05) & (share < 0.95)) >= 3
     assert error.max() <= 0.02
     # A part that carries a quarter of the force has the angle of its loads.
     size = np.hypot(*np.moveaxis(direct, 2, 0)[:2])
@@ -70,26 +69,24 @@ def test_a_part_has_the_loads_of_its_elements(angle: float, back: Callable, tmp_
     assert np.abs(angles[0] - angles[1])[size > 0.25*whole[:, None]].max() < 2.0
 
 
-@pytest.mark.parametrize("vy", SPEEDS)
-def test_the_border_moves_nothing(vy: float, back: Callable):
+def test_the_border_moves_nothing(back: Callable):
     """Motion, sums of forces and end are the same whatever the border, bit by bit where they do not depend on the parts."""
-    usual = back(vy, rows="interval")
-    for angle in ANGLES:
-        other = back(vy, rows="interval", flange_angle=float(angle))
-        for name in "Y", "Z", "roll", "vY", "aY", "aZ", "roll_acc":
-            assert (other.data[name] == usual.data[name]).all(), name
-        for side in "L", "R":
-            for force in "Fy", "Fz":
-                sums = [d[f"{force}_{side}T"] + d[f"{force}_{side}F"] for d in (usual.data, other.data)]
-                assert np.abs(sums[0] - sums[1]).max() <= 1e-8*WEIGHT
-        assert other.results["t_return"] == usual.results["t_return"]
+    usual, other = back(0.3), back(0.3, flange_angle=STEEP)
+    assert other.results["t_return"] == usual.results["t_return"]
+    rows = [d[np.rint(d.time/5e-4)*5e-4 == d.time].reset_index() for d in (usual.data, other.data)]
+    assert len(rows[0]) == len(rows[1]) > 100 and not rows[0].N_LF.equals(rows[1].N_LF)
+    for name in "Y", "Z", "roll", "vY", "aY", "aZ", "roll_acc", "E_total":
+        assert rows[0][name].equals(rows[1][name]), name
+    for side in "L", "R":
+        for force in "Fy", "Fz":
+            sums = [d[f"{force}_{side}T"] + d[f"{force}_{side}F"] for d in rows]
+            assert np.abs(sums[0] - sums[1]).max() <= 1e-8*WEIGHT
 
 
-@pytest.mark.parametrize("angle", ANGLES)
-def test_the_flange_s_force_grows_from_zero(angle: float, back: Callable):
+def test_the_flange_s_force_grows_from_zero(back: Callable):
     """At 0.3 m/s the contact moves onto the flange and back, without a jump of either force: over 10 us the shares of the
     wheel's force change by less than 1 %. What the elements beyond 25 degrees carry is 66 kN at most, not the wheel's 118 kN."""
-    done = back(0.3, dt=1e-5, interval=1e-5, rows="interval", flange_angle=float(angle))
+    done = back(0.3, dt=1e-5, interval=1e-5, rows="interval", t_end=0.09, stop_at="t_end")
     d = done.data
     early = d[d.time < done.results["t_first_centre"]]
     whole = np.hypot(early.Fy_LT + early.Fy_LF, early.Fz_LT + early.Fz_LF)
@@ -99,16 +96,16 @@ def test_the_flange_s_force_grows_from_zero(angle: float, back: Callable):
     on = early.N_LF.to_numpy() > 0
     assert np.count_nonzero(np.diff(on.astype(int)) == 1) == 1
     assert early.N_LF[on].iloc[[0, -1]].max() < 0.005*whole.max()
-    if angle == USUAL:
-        assert done.results["first_peak_N_LF"] == pytest.approx(66.7e3, rel=0.02)
-        assert early.N_LT.min() > 0.2*WEIGHT/2
+    assert done.results["first_peak_N_LF"] == pytest.approx(66.7e3, rel=0.02)
+    assert early.N_LT.min() > 0.2*WEIGHT/2
+    first = d[(d.time >= done.results["t_first_LF"]) & (d.time <= done.results["t_first_LF"] + done.results["first_duration_LF"])]
+    assert np.trapezoid(first.N_LF, first.time) == pytest.approx(done.results["first_impulse_LF"], rel=1e-4)
 
 
-@pytest.mark.parametrize("angle", ANGLES)
-@pytest.mark.parametrize("vy", SPEEDS[1:])
+@pytest.mark.parametrize(("vy", "angle"), [(0.4, USUAL), pytest.param(0.3, STEEP, marks=pytest.mark.slow)])
 def test_times_of_events_do_not_depend_on_the_step(vy: float, angle: float, back: Callable):
-    """Flange contacts, lift-offs, landings and passages until the wheelset is back, for four steps: within a microsecond on the way
-    to the left flange; afterwards the motions differ, too."""
+    """Flange contacts, lift-offs, landings and passages until the wheelset is back, for three steps: within a microsecond on the
+    way to the left flange; afterwards the motions differ, too."""
     times = []
     for dt in STEPS:
         done = back(vy, dt=dt, flange_angle=float(angle))
@@ -120,7 +117,7 @@ def test_times_of_events_do_not_depend_on_the_step(vy: float, angle: float, back
         assert np.abs(np.array([e[2] for e in other]) - [e[2] for e in times[0]]).max() < 1e-6
 
 
-@pytest.mark.parametrize("dt", STEPS)
+@pytest.mark.parametrize("dt", STEPS[1:])
 def test_the_row_of_an_event_shows_it(dt: float, back: Callable):
     """A flange contact's row has its force and its angle; a wheel's landing has a force, its lift-off none."""
     done = back(0.4, dt=dt)
@@ -141,10 +138,10 @@ def test_the_row_of_an_event_shows_it(dt: float, back: Callable):
     assert seen >= 3
 
 
-def test_a_contact_that_closes_says_so(back: Callable):
+def test_a_contact_that_closes_says_so(back: Callable, shipped: dict[str, Shipped]):
     """The shipped wheel jumps onto its flange, and S1002 lands on its own after a flight."""
-    shipped = run(Case.exercise(2).replace(table_folder=kept_tables(), judged="no", pressures="no", t_end=0.05, stop_at="t_end"))
-    assert next(e for e in shipped.events if e.kind == "left flange contact").cause == "closes"
+    events = read_run(shipped["ex2_aw"].file).events
+    assert next(e for e in events if e.kind == "left flange contact").cause == "closes"
     causes = [e.cause for e in back(0.4).events if e.kind == "left flange contact"]
     assert causes == ["moves", "closes"]
 
@@ -164,11 +161,3 @@ def test_the_return_follows_turns(back: Callable):
         pushed = run(thrown(0.3, lateral_force=force))
         assert pushed.ending == f"return to the centre, turned back below the {flange} flange"
         assert (pushed.results["peak_N_RF"] == 0) == (flange == "right")
-
-
-def test_forces_by_rows_agree_with_columns(back: Callable):
-    """The impulse of a part over its first contact is the integral of its force."""
-    done = back(0.3, dt=1e-5, interval=1e-5, rows="interval")
-    d: pd.DataFrame = done.data
-    first = d[(d.time >= done.results["t_first_LF"]) & (d.time <= done.results["t_first_LF"] + done.results["first_duration_LF"])]
-    assert np.trapezoid(first.N_LF, first.time) == pytest.approx(done.results["first_impulse_LF"], rel=1e-4)

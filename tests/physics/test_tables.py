@@ -11,19 +11,14 @@ import numpy as np
 import pytest
 
 import ldbench
-import running
+import shapes
 from ldbench import Case, ContactTable
 from ldbench.__main__ import main
 from ldbench.results.run_data import read_data
-from probes import left_rail, left_wheel, tangent_angles, turned
-from running import HANG, LDBENCH, REPO, Run, header, kept_tables, rows, run_case
+from probes import MODERN, left_rail, left_wheel, tangent_angles, turned
+from running import HANG, LDBENCH, REPO, Run, header, kept_tables, rows, run_case, short_case
 
 SERVICE = "tread", "flange", "both"
-
-
-def short_case(folder: Path, **changes: dict[str, object]) -> str:
-    """A short case with strips."""
-    return running.short_case(folder, **{"contact": {"model": "strip"}} | changes)
 
 
 def stated(words: str) -> dict[str, tuple[str, str]]:
@@ -52,15 +47,17 @@ def drawn(pair: str, n: int) -> np.ndarray:
     return np.column_stack([centre, roll])
 
 
-@pytest.mark.parametrize("model", ["strip", "halfspace", "hertz"])
-@pytest.mark.parametrize("pair", ["aw", pytest.param("sw", marks=pytest.mark.slow)])
-def test_errors_in_poses_that_no_run_chose(pair: str, model: str):
+@pytest.mark.parametrize(("pair", "model", "n"), [
+    ("aw", "strip", 40), ("aw", "halfspace", 25), *(pytest.param(pair, model, 150, marks=pytest.mark.slow) for pair, model in (
+        ("aw", "halfspace"), ("aw", "hertz"), ("sw", "strip"), ("sw", "halfspace"), ("sw", "hertz")))])
+def test_errors_in_poses_that_no_run_chose(pair: str, model: str, n: int):
     """The force is the central difference of the energy of direct solutions, in poses that a wheelset on both rails can have."""
-    table = ContactTable(Case.exercise(2, pair).replace(model=model, table_folder=""))
-    poses = drawn(pair, 4000)
-    force = np.linalg.norm(table.forces_by_contact(*poses.T, outside="nan")[..., :2], axis=2)
-    poses = poses[(force.max(axis=1) < 1e6) & (np.abs(poses[:, 0]) < table.clearance + 2e-3)][:150]
-    assert len(poses) == 150
+    case = Case.exercise(2, pair).replace(table_folder=kept_tables())
+    springs, table = (ContactTable(case.replace(model=one)) for one in ("hertz", model))
+    poses = drawn(pair, 30*n)
+    force = np.linalg.norm(springs.forces_by_contact(*poses.T, outside="nan")[..., :2], axis=2)
+    poses = poses[(force.max(axis=1) < 8e5) & (np.abs(poses[:, 0]) < table.clearance + 2e-3)][:n]
+    assert len(poses) == n
     error, _ = table.errors(*poses.T)
     assert np.sqrt(np.mean(error**2)) < 2e-3 and error.max() < 1e-2, np.sqrt(np.mean(error**2))
 
@@ -68,17 +65,17 @@ def test_errors_in_poses_that_no_run_chose(pair: str, model: str):
 def test_merged_patches_have_the_force_of_the_whole_wheel():
     """Where a wheel that is dropped on tread and flange carries up to 2.5 MN, its table is right, and its force does not exceed the
     sum of the loads of the pressed patches."""
-    table = ContactTable(Case.exercise(2, "aw").replace(table_folder=""))
+    table = ContactTable(Case.exercise(2, "aw").replace(table_folder=kept_tables()))
     rng = np.random.default_rng(3)
-    y, drop, roll = rng.uniform([9.8e-3, 0.2e-3, -1e-3], [10.8e-3, 0.9e-3, 1e-3], (60, 3)).T
+    y, drop, roll = rng.uniform([9.8e-3, 0.2e-3, -1e-3], [10.8e-3, 0.9e-3, 1e-3], (40, 3)).T
     z = table.equilibrium - drop
     by_contact = np.linalg.norm(table.forces_by_contact(y, z, roll, outside="nan")[:, :2, :2], axis=2)
     wheel = np.linalg.norm(table.force(y, z, roll, wheel="left", outside="nan")[:, :2], axis=1)
     heavy = np.flatnonzero((by_contact > 5e3).all(axis=1) & (wheel < 2.5e6))
-    assert len(heavy) >= 10 and wheel[heavy].max() > 1.5e6
+    assert len(heavy) >= 6 and wheel[heavy].max() > 1.5e6
     error, _ = table.errors(y[heavy], z[heavy], roll[heavy])
     assert np.sqrt(np.mean(error**2)) < 5e-3 and error.max() < 1.5e-2, error
-    for k in heavy[:4]:
+    for k in heavy[:2]:
         loads = sum(patch.integral for patch in table.pressure(y[k], z[k], roll[k]) if patch.contact[0] == "L")
         assert wheel[k] < 1.005*loads
 
@@ -101,7 +98,7 @@ def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], tmp_path: Pat
 
 
 def test_less_accuracy_than_was_asked_for_is_told(tmp_path: Path):
-    hard = {"contact": {"model": "halfspace"}, "table": {"accuracy": 1e-6}}
+    hard = {"initial": {"Y": 0.0101}, "table": {"accuracy": 1e-6}}
     done = run_case(short_case(tmp_path, **hard), tmp_path)
     assert done.returncode == 0, done.stderr
     worst = max(float(rms) for place, (rms, _) in stated(done.stdout).items() if place in SERVICE)
@@ -121,6 +118,61 @@ def test_more_accuracy_is_more_points_and_less_error():
     assert 0 < size[0] < size[1] and error[0] > 4*error[1], (size, error)
 
 
+@pytest.mark.parametrize(("law", "pair", "curves"), [
+    ("halfspace", "aw", 8), ("strip", "aw", 24), ("hertz", "S1002 on 60E1", 24), *(
+        pytest.param(law, pair, 55, marks=pytest.mark.slow) for law, pair in (
+            ("halfspace", "aw"), ("halfspace", "sw"), ("hertz", "measured")))])
+def test_force_grows_with_sinking(law: str, pair: str, curves: int, tmp_path: Path):
+    """On curves to 1.1 times the clearance on either side and 10 mrad of roll, F_z of the left wheel never falls while the
+    wheel sinks by 0.4 mm in steps of 10 um. The measured profiles have noise of 10 um."""
+    case = Case.exercise(2, "sw" if pair == "sw" else "aw").replace(model=law, table_folder=kept_tables())
+    if law == "hertz":
+        case = case.replace(accuracy=6e-3)
+    if pair == "S1002 on 60E1":
+        case = case.replace(**MODERN)
+    if pair == "measured":
+        for name, points in ("wheel", shapes.shape("awprof")), ("rail", shapes.shape("arprof")):
+            (tmp_path/name).write_text(shapes.rows(shapes.noisy(points, 0.01, 4)))
+            case = case.replace(**{f"{name}_profile": str(tmp_path/name)})
+    table = ContactTable(case)
+    y, roll, z = np.meshgrid(1.1*table.clearance*np.linspace(-1, 1, curves), np.linspace(-0.01, 0.01, 3),
+                             table.rest[1] + np.arange(2e-2, -1e-2, -1e-5), indexing="ij")
+    force = table.force(y, z, roll, "left", "nan")[..., 1]
+    sinks = (force > 0) & (np.cumsum(force > 0, axis=2) <= 40)
+    growth = np.diff(force, axis=2)[sinks[..., :-1] & sinks[..., 1:]]
+    assert len(growth) > 90*curves and growth.min() > 0
+
+
+# A stretch of the hollow tread passes beside the rail where the table has its middle, and touches farther out; the half-spaces of
+# a wide tread are pressed to the largest roll angle of a wheelset that rolls over. One pose of 150, 21 degrees from upright, makes
+# the most of that error. All stations of a straight flange face of 75 degrees have one angle; the rail's corner and its straight
+# face meet there as the wheelset rolls.
+SHAPES = {"hollow": ("strip", 1e-2, lambda wheel: shapes.hollow_beside_throat(shapes.wide(wheel), 3.0), lambda rail: rail),
+          "wide": ("halfspace", 5e-3, shapes.wide, lambda rail: rail),
+          "straight faces": ("strip", 6e-3, lambda wheel: wheel, lambda rail: shapes.straight_face(rail, 75.3))}
+
+
+@pytest.mark.filterwarnings("ignore::ldbench.Warning")
+@pytest.mark.slow
+@pytest.mark.parametrize("worn", SHAPES)
+def test_table_holds_for_worn_wheels(worn: str, tmp_path: Path):
+    """A wheelset that goes over has an rms error of its forces within what a run with `&table accuracy` 2e-3 may have without a
+    warning, though it is asked for less. That on a straight flange, where h has kinks over the roll angle, is larger, and
+    is told."""
+    model, accuracy, wheel, rail = SHAPES[worn]
+    for kind, change, file in ("wheel", wheel, "awprof"), ("rail", rail, "arprof"):
+        (tmp_path/kind).write_text(shapes.rows(change(np.loadtxt(REPO/f"profiles/{file}.yz", comments=("#", "!")))))
+    run = ldbench.run(Case.exercise(5).replace(
+        wheel_profile=str(tmp_path / "wheel"), rail_profile=str(tmp_path / "rail"), table_folder="", model=model, accuracy=accuracy,
+        lateral_ramp=5e4, order=4, beta=0.0, t_end=10.0))
+    # That with the hollow wheel overturns beside the rail, and leaves the table before its flange is past the crown.
+    assert run.ending == "derailment"
+    error = run.header.table_errors
+    assert error["going over"][0] <= 2e-2
+    if worn == "straight faces":
+        assert accuracy < error["flange"][0] < 3e-2 and any("expected an rms error of at most" in words for words in run.warnings)
+
+
 # What came before
 
 
@@ -134,8 +186,8 @@ def columns_of(case: Case, folder: Path) -> bytes:
 
 def test_results_do_not_depend_on_what_a_table_has_solved(tmp_path: Path):
     """From nothing, from a folder, after another case on the same table, and in threads that grow it at once."""
-    case = Case.exercise(2, "aw").replace(t_end=0.03, stop_at="t_end", table_folder=tmp_path/"tables")
-    other = Case.exercise(3, "aw").replace(t_end=0.03, stop_at="t_end", vY=0.9)
+    case = Case.exercise(2, "aw").replace(model="strip", t_end=0.022, stop_at="t_end", table_folder=tmp_path/"tables")
+    other = Case.exercise(3, "aw").replace(model="strip", t_end=0.022, stop_at="t_end", vY=0.9)
     alone = columns_of(case.replace(table_folder=""), tmp_path)
     table = ContactTable(other.replace(table_folder=""))
     ldbench.run(other.replace(table_folder=""), table=table)
@@ -161,12 +213,13 @@ def test_results_do_not_depend_on_what_a_table_has_solved(tmp_path: Path):
 
 
 def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
-    """Columns, from an empty table and from the table that is found again."""
+    """Columns, from an empty table and from the table that is found again; with bodies, whose law takes the most."""
     found = []
-    for threads in 1, 2, 4:
+    for threads in 1, 3:
         work = tmp_path / str(threads)
         work.mkdir()
-        (work / "case.nml").write_text(short_case(Path(), contact={"model": "halfspace"}, table={"folder": "tables"}))
+        contact = {"model": "halfspace", "influence": "bodies", "bodies": REPO/"profiles/aw.bodies"}
+        (work / "case.nml").write_text(short_case(Path(), contact=contact, table={"folder": "tables"}, integrator={"t_end": 1e-3}))
         for words in r" [1-9]\d* solutions, 0 found", r" 0 solutions, [1-9]\d* found":
             done = subprocess.run([LDBENCH, "case.nml"], cwd=work, capture_output=True, text=True, timeout=HANG,
                                   env=os.environ | {"OMP_NUM_THREADS": str(threads)})
@@ -203,13 +256,13 @@ def test_cases_of_other_keys_share_a_folder(tmp_path: Path):
         return tables_in(folder)
 
     (first, before), = run().items()
-    assert re.fullmatch(r"strip_[0-9a-f]{16}\.table", first)
+    assert re.fullmatch(r"hertz_[0-9a-f]{16}\.table", first)
     faster = run(initial={"vY": 0.9}, integrator={"t_end": 2e-2, "dt": 1e-5})
     assert faster.keys() == {first} and len(faster[first]) > len(before)
     two = run(profiles=SIMPLIFIED)
     run(material={"youngs_modulus": 2.06e11})
-    four = run(contact={"model": "hertz"})
-    assert [len(two), len(four)] == [2, 4] and [name.startswith("strip_") for name in sorted(four)] == [False, True, True, True]
+    four = run(contact={"model": "strip"})
+    assert [len(two), len(four)] == [2, 4] and [name.startswith("hertz_") for name in sorted(four)] == [True, True, True, False]
     assert two[first] == four[first] == faster[first]
     both = run(profiles={f"{name}_right": file for name, file in SIMPLIFIED.items()})
     assert {name for name, data in both.items() if four.get(name) != data} <= two.keys()
@@ -217,7 +270,7 @@ def test_cases_of_other_keys_share_a_folder(tmp_path: Path):
 
 def test_runs_at_the_same_time_both_add(tmp_path: Path):
     """A run that ends keeps what another has kept since it began; one run after the other leaves the same bytes."""
-    case = Case.exercise(3).replace(model="strip", t_end=0.03, stop_at="t_end", table_folder=tmp_path/"at once", vY=0.7,
+    case = Case.exercise(3).replace(model="hertz", t_end=0.03, stop_at="t_end", table_folder=tmp_path/"at once", vY=0.7,
                                     roll_link="rails")
     other = case.replace(vY=-0.9, output_file=tmp_path/"columns.txt")
     table = ContactTable(case)
@@ -235,8 +288,8 @@ def test_runs_at_the_same_time_both_add(tmp_path: Path):
 
 def test_threads_that_keep_one_file_lose_nothing(tmp_path: Path):
     """Short runs that end at about the same time, each of which has solved for another velocity: later runs solve nothing."""
-    case = Case.exercise(3).replace(model="strip", t_end=0.012, stop_at="t_end", roll_link="rails", table_folder=tmp_path/"tables")
-    cases = [case.replace(vY=vY) for vY in np.linspace(0.5, 1.2, 16)]
+    case = Case.exercise(3).replace(model="hertz", t_end=0.012, stop_at="t_end", roll_link="rails", table_folder=tmp_path/"tables")
+    cases = [case.replace(vY=vY) for vY in np.linspace(0.5, 1.2, 4)]
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(ldbench.run, cases))
     for one in cases:
@@ -244,11 +297,11 @@ def test_threads_that_keep_one_file_lose_nothing(tmp_path: Path):
 
 
 def test_order_of_runs_changes_nothing(tmp_path: Path):
-    """Ten runs that share a folder: their columns, and in the end the tables."""
+    """Four runs that share a folder: their columns, and in the end the tables."""
     cases = {f"{speed} {len(profiles)}": short_case(Path(), profiles=profiles, table={"folder": "tables"}, initial={"vY": speed})
-             for speed in (0.1, 0.3, 0.5, 0.9, -0.7) for profiles in ({}, SIMPLIFIED)}
+             for speed in (0.3, -0.9) for profiles in ({}, SIMPLIFIED)}
     found = []
-    for seed in range(3):
+    for seed in range(2):
         work = tmp_path/str(seed)
         work.mkdir()
         columns = {}
@@ -256,7 +309,7 @@ def test_order_of_runs_changes_nothing(tmp_path: Path):
             assert run_case(cases[name], work, cwd=work).returncode == 0
             columns[name] = (work/"columns.txt").read_bytes()
         found.append((columns, tables_in(work/"tables")))
-    assert found[0] == found[1] == found[2] and len(found[0][1]) == 2
+    assert found[0] == found[1] and len(found[0][1]) == 2
 
 
 @pytest.mark.parametrize("folder", ["a file", "missing/tables"])
@@ -266,5 +319,5 @@ def test_a_folder_that_cannot_be_written_is_a_warning(folder: str, tmp_path: Pat
     expected = rows(tmp_path/"columns.txt")
     done = run_case(short_case(tmp_path, table={"folder": tmp_path/folder}), tmp_path)
     assert done.returncode == 0 and rows(tmp_path/"columns.txt") == expected
-    assert re.fullmatch(r"ldbench: warning: &table folder: [^\n]*/" + folder + r"/strip_[^\n]*\.table: cannot be written; [^\n]*\n",
+    assert re.fullmatch(r"ldbench: warning: &table folder: [^\n]*/" + folder + r"/hertz_[^\n]*\.table: cannot be written; [^\n]*\n",
                         done.stderr)
