@@ -25,7 +25,7 @@ from ldbench_round.map_guess import find_time
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import TASKS, Task
 from running import Run, kept_tables
-from stranger_files import CALL, DOWN, FAULTLESS, IMPERIAL, MM_KN, MRAD, NAMES, RIGHT, ROLL, Row, both, of, plus, times, unit_of
+from stranger_files import CALL, DOWN, IMPERIAL, MM_KN, MRAD, NAMES, RIGHT, ROLL, Row, both, of, plus, times, unit_of
 
 TASK = Task(2, "aw")
 PLAIN = Row(form={"units": MM_KN})
@@ -53,7 +53,7 @@ def test_a_wrong_clearance_is_told_with_both_numbers(another: ldbench.Run):
 # ---- maps ----------------------------------------------------------------------------
 @pytest.mark.parametrize(("flipped", "zeros", "form"), [
     ({*RIGHT, *of("Fy"), *ROLL}, plus(0.5, "time"), {
-        **FAULTLESS["symbols"].form, "units": {**MM_KN, **MRAD, "time": ("ms", 1e3)}, "order": SHUFFLED, "sep": ";"}),
+        "names": NAMES["symbols"], "units": {**MM_KN, **MRAD, "time": ("ms", 1e3)}, "order": SHUFFLED, "sep": ";"}),
     ({*DOWN, *of("Fz")}, plus(0.457, "Z"), {"units": {**IMPERIAL, "angle": ("deg", 180/np.pi)}, "before": "31 May 2006\n\n"})],
     ids=["symbols", "words"])
 def test_the_map_of_a_code_with_names_is_found(flipped: set[str], zeros: Row, form: dict, own: None, another: ldbench.Run,
@@ -76,7 +76,7 @@ def test_a_file_without_names_is_mapped_by_its_numbers(own: None, shipped: dict[
     """Where the physics is ours, every one of 38 nameless columns is found."""
     file = tmp_path/"ex2_aw.csv"
     write(table_of(ldbench.read_run(shipped["ex2_aw"].file)), file, Row(RIGHTWARDS, {
-        "units": MM_KN, "head": NAMES, "order": SHUFFLED, "names": {column: f"c{k}" for k, column in enumerate(SHUFFLED)}}))
+        "units": MM_KN, "head": ("{name}",), "order": SHUFFLED, "names": {column: f"c{k}" for k, column in enumerate(SHUFFLED)}}))
     found = check.check_file(file)
     assert {column: match.number for column, match in found.guess.matches.items()} == {c: k for k, c in enumerate(SHUFFLED, 1)}
 
