@@ -131,8 +131,8 @@ def vampire(points: np.ndarray, kind: str, right: np.ndarray | None = None) -> s
                       for (a, b), (c, d) in zip(points, other, strict=True)))
 
 
-def gensys(points: np.ndarray, kind: str) -> str:
-    return "# y z\n" + rows((points - [70 if kind == "wheel" else 0, 0])*[-1, -1], "   ")
+def gensys(points: np.ndarray, kind: str, sign: int = -1) -> str:
+    return "# y z\n" + rows((points - [70 if kind == "wheel" else 0, 0])*[sign, -1], "   ")
 
 
 # Format told, writer, endings of wheel and rail, a note, how the back of a wheel is told.
@@ -143,7 +143,8 @@ FORMATS: dict[str, tuple[str, Callable[[np.ndarray, str], str], tuple[str, str],
     **{name: ("SIMPACK", write, (".prw", ".prr"), "1 outside the bounds", "tape circle at y = 0, 70 mm from the back (SIMPACK)")
        for name, write in (("SIMPACK", simpack), ("SIMPACK in m", lambda p, kind: simpack(p, kind, 1.0, digits=8)))},
     "VAMPIRE": ("VAMPIRE", vampire, (".whe", ".rai"), "left side", "back of the wheel at y = 680 mm of the file (VAMPIRE)"),
-    "GENSYS": ("GENSYS", gensys, (".wheel", ".rail"), "", "tape circle at y = 0, 70 mm from the back (GENSYS)")}
+    **{name: ("GENSYS", write, (".wheel", ".rail"), "", "tape circle at y = 0, 70 mm from the back (GENSYS)") for name, write in (
+        ("GENSYS", gensys), ("GENSYS, mirrored", lambda p, kind: gensys(p, kind, 1)))}}
 
 
 @examples(3)
@@ -159,6 +160,7 @@ def test_every_format_gives_the_points(tmp_path: Path, forms: list[dict[str, str
         assert (raw.back is not None) == (kind == "wheel" and bool(origin))
         assert raw.quantum == pytest.approx(1e-5*(1e-3 if "in m" in form["format"] else 1), rel=1e-9)
         assert note in "; ".join(raw.notes) and len(raw.notes) == bool(note)
+        assert all("turned over" in one for one in found.notes), form
         assert found.origin == ("as the file has it" if kind == "rail" else origin or "back of the wheel at y = 0")
 
 
