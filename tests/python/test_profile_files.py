@@ -308,3 +308,11 @@ def test_points_out_of_order_are_refused_with_their_line(start: int, count: int,
         check(found.points, found.lines, "points")
     line = int(re.search(r"line (\d+)", str(caught.value))[1])
     assert min(abs(line - start), abs(line - start - count)) < 5, str(caught.value)
+
+
+@examples(8)
+@given(st.integers(60, 540))
+def test_a_point_that_turns_back_is_refused_with_its_line(k: int):
+    points = np.insert(WHEEL, k + 1, WHEEL[k - 3] + 0.3*shapes.normals(WHEEL)[k - 3], axis=0)
+    with pytest.raises(Error, match=f"points, line {k + 1}: expected a curve that turns by at most 120 degrees.*, found 1"):
+        check(points, np.arange(1, len(points) + 1), "points")
