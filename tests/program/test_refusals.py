@@ -11,36 +11,10 @@ from ldbench import Case, run
 from ldbench.__main__ import main
 from running import REPO, contents, refusal, short_case
 
-# Namelists: a text, or what differs from a short case by group. `{here}` in a value is the folder.
-GOOD = "&track\n  gauge = 1.4351\n/\n&wheelset\n  mass = 1568.0\n/\n&contact\n  model = 'strip'\n/\n"
-MALFORMED = "NaN", "-inf", "1e999", "'1.0'", ".true.", "0x10", "1.0m", "2*1.0", "1,0", "1e+", "1+2", ""
+# Namelists beside those of test_inputs.py: a text, or what differs from a short case by group. `{here}` in a value is the folder.
 OWN = {"profiles": {"wheel_profile": "./wheel.yz", "rail_profile": "rail.yz"}}
 NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
-    # The language.
-    (GOOD + "&brakes\n/\n", ("line 10, ", "expected one of &case &wheelset &track", "found &brakes")),
-    ("track\n gauge = 1.4\n/\n", ("line 1", "expected a group such as &wheelset", "found track")),
-    ("& track\n gauge = 1.4\n/\n", ("line 1", "expected one of &case", "found &")),
-    (GOOD.replace("mass", "masse"), ("line 5, &wheelset", "expected one of mass roll_inertia", "found masse")),
-    (GOOD.replace("mass", "gauge"), ("line 5, &wheelset", "expected one of mass", "found gauge")),
-    (GOOD.replace("1568.0", "1568.0\n  MASS = 1.0"), ("line 6, &wheelset", "expected once", "found a second time")),
-    (GOOD + "&Wheelset /\n", ("line 10", "expected each group once", "found a second &")),
-    (GOOD.replace("1568.0", ""), ("&wheelset mass: expected a number", "found /")),
-    (GOOD.replace("strip'", "strip"), ("line 8, &contact", "model", "expected a closing quote", "found 'strip")),
-    (GOOD.replace("'strip", "strip"), ("line 8, &contact model: expected one of halfspace strip hertz", "found strip")),
-    (GOOD.removesuffix("/\n"), ("&contact: expected / at the end of the group", "found the end of the file")),
-    (GOOD.replace("1568.0", "1568.0 kg"), ("line 5, &wheelset", "expected one of mass", "found kg")),
-    (GOOD + "end\n", ("line 10: expected a group", "found end")),
-    ("! &case\n! /\n", ("expected namelist groups", "found nothing")),
-    ("&track gauge = 1.4, " + 3000*"g" + " = 1\n/\n", ("line 1, &track", "expected one of gauge")),
-    ("&track\n gauge = \x1b[31m1.4\n/\n", ("line 2, &track gauge: expected a number",)),
-    ("&track\x00\x01\x02\n gauge = 1.4\n/\n", ("line 1", "expected one of &case")),
-    *((f"&initial\n  pitch = {value}\n/\n", ("line ", "&initial", "expected")) for value in MALFORMED),
-    # Values.
-    ("&wheelset mass = -3 /", ("line 1, &wheelset mass: expected a number from ", "found -3")),
-    ("&integrator max_halvings = 9.5 /", ("&integrator max_halvings: expected a whole number", "found 9.5")),
-    *((f"&track\n rail_inclination = {wrong}\n/", (
-        "line 2, &track rail_inclination: expected a number from -0.12 to 0.12 rad, or 1:n", f"found {wrong}"))
-      for wrong in ("1:5", "0.13", "'steep'", "'1:0'", "1:-40", "1:", "-1:")),
+    ("&track rail_inclination = '1:-40' /", ("line 1, &track rail_inclination: expected a number from -0.12 to 0.12 rad, or 1:n",)),
     ("&track rail_inclination_right = '1:5' /", ("&track rail_inclination_right: expected a number from -0.12 to 0.12 rad, 1:n",)),
     ({"case": {"name": "a/b"}}, ("&case name", "expected a word that can name a file", "a/b")),
     # Values that do not fit each other or the profiles.

@@ -199,10 +199,13 @@ def test_usage(folder: Path, capsys: pytest.CaptureFixture[str]):
 
 
 def test_our_own_runs_are_sent(shipped: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """The real check has nothing against the ten shipped runs."""
+    """The real check has nothing against the shipped runs; test_check.py has those of exercise 5, two files of 75 MB."""
     monkeypatch.chdir(tmp_path)
+    real = submit.check_file
+    monkeypatch.setattr(submit, "check_file", lambda file, task, map: real(file, task, map) if task.exercise < 5 else
+                        Checked(file, task, None, ()))
     for name, one in shipped.items():
-        shutil.copy(one.file, f"{name}.txt")
+        Path(f"{name}.txt").write_bytes(one.file.read_bytes() if name[2] < "5" else b"1\n")
     for name in "plots.pdf", "abstract.pdf":
         save_sheets([Figure(figsize=(2, 2))], Path(name))
     Path("submission.toml").write_text(ABOUT.replace('map = "columns.toml"\n', ""))

@@ -5,12 +5,14 @@ A specimen is a pair in files, with the points that the files stand for: those o
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -98,71 +100,63 @@ def rounded_but_four(points: Points) -> str:
 
 
 def specimens() -> Iterator[Specimen]:
-    wheel, rail = shipped("s1002"), shipped("60e1")
-    plain = "rail.yz", shapes.rows(rail)
-
-    def of_wheel(name: str, points: Points, file: str = "wheel.yz", text: str = "", **options: object) -> Specimen:
-        return Specimen(name, points, rail, (file, text or shapes.rows(points)), plain, options=options)
-
-    def of_rail(name: str, points: Points, file: str = "rail.ban", text: str = "", **more: float) -> Specimen:
-        return Specimen(name, wheel, points, ("wheel.yz", shapes.rows(wheel)), (file, text or shapes.rows(points)), **more)
-
-    yield Specimen("s1002 on 60e1", wheel, rail, ("w.yz", shapes.rows(wheel)), plain)
+    """Pairs of a round, models, and a wheel and a rail at a time, each of them changed or written in another way."""
     for which in "a", "s":
         w, r = shipped(f"{which}wprof"), shipped(f"{which}rprof")
-        pair = {"gauge": 1435.1, "back_to_back": 1352.14}
-        yield Specimen(f"{which}wprof on {which}rprof", w, r, ("w.yz", shapes.rows(w)), ("r.yz", shapes.rows(r)), **pair)
-        for name, change in shapes.WORN_WHEELS.items():
+        for name, change in {"new": lambda wheel: wheel, **shapes.WORN_WHEELS, "0.01 mm": lambda wheel: wheel.round(2)}.items():
             if (which, name) != ("s", "flat spot"):
-                yield Specimen(f"{which}wprof, {name}", change(w), r, ("w.txt", shapes.rows(change(w))), ("r.yz", shapes.rows(r)),
-                               **pair)
-        near = w.round(2)
-        yield Specimen(f"{which}wprof, 0.01 mm", near, r, ("w.txt", shapes.rows(near, digits=2)), ("r.yz", shapes.rows(r)), **pair)
-    for name, points in (("hollow by 1.34 mm", hollow(wheel)), ("flange worn", shapes.thin_flange(wheel)),
-                         ("tread hollow", shapes.hollow(wheel)), ("hollow by the throat", shapes.hollow_beside_throat(wheel, 0.5))):
-        yield of_wheel(name, points, "w.txt")
-    for seed in range(4):
-        yield of_wheel(f"perturbed, {seed}", perturbed(wheel, seed), "w.txt")
-    for noise in 0.001, 0.003, 0.01:
-        points = shapes.noisy(wheel, noise, 7)
-        yield of_wheel(f"noise of {1e3*noise:.0f} um", points, "w.txt")
-    yield of_wheel("rounded to 0.01 mm", wheel.round(2), "w.txt", shapes.rows(wheel, digits=2))
-    yield of_wheel("rounded but four rows", wheel.round(2), "w.txt", rounded_but_four(wheel))
-    yield of_wheel("rounded to 0.1 mm", wheel.round(1), "w.txt", shapes.rows(wheel, digits=1))
-    for name, write in shapes.FORMATS.items():
-        yield of_wheel(name, wheel, {"MiniProf": "w.whl", "SIMPACK": "w.prw"}.get(name, "w.txt"), write(wheel, "wheel"))
-    yield of_wheel("SIMPACK in m", wheel, "w.prw", shapes.simpack(wheel, "wheel", 1.0, 9))
-    faced = shapes.with_faces(wheel)
-    for off in -0.2, 0.25, 0.0:
-        moved = faced + [off, 0]
-        yield of_wheel(f"MiniProf, face at {off} mm", wheel + [off, 0], "w.whl", shapes.miniprof(moved, "wheel"))
-    yield of_wheel("back told by its face", wheel, "w.txt", shapes.rows(faced + [33, 0]))
-    yield of_wheel("tape circle at 0", wheel, "w.txt", shapes.rows(faced - [70, 0]))
-    bare = wheel[wheel[:, 0] > 6]
-    yield of_wheel("wheel_back given", bare, "w.txt", shapes.rows(bare + [33, 0]), wheel_back=33.0)
-    for unit, factor in ("cm", 10.0), ("in", 25.4), ("m", 1e3):
-        yield of_wheel(f"in {unit}", wheel, "w.txt", shapes.rows(wheel/factor, digits=8))
-    yield of_wheel("turned over", wheel, "w.txt", shapes.rows(wheel[::-1]*[-1, -1]))
-
+                text = shapes.rows(change(w), digits=2 if name == "0.01 mm" else 7)
+                yield Specimen(f"{which}wprof, {name}", change(w), r, ("w.txt", text), ("r.yz", shapes.rows(r)), 1435.1, 1352.14)
+    wheel, rail = shipped("s1002"), shipped("60e1")
     for scale in 3.0, 4.0, 5.0, 8.0, 10.0:
         w, r = wheel/scale, rail/scale
-        unit = {"unit": "mm"} if scale > 5 else {}
         yield Specimen(f"1:{scale:.0f}", w, r, ("w.txt", shapes.rows(w)), ("r.txt", shapes.rows(r)), 1435/scale, 1360/scale, scale,
-                       14/scale, unit)
-    whole = [lip(rail), lip(rail, 36.0, 2.5)]
-    yield of_rail("lip", whole[0])
-    yield of_rail("lip, gauge 15.875 mm down", whole[0], depth=15.875)
-    yield of_rail("lip of 2.5 mm, whole section", whole[1], text=shapes.rows(section(whole[1])))
-    yield of_rail("closed section", rail, text=shapes.rows(section(rail)))
-    yield of_rail("closed section, upside down", rail, text=shapes.rows(section(rail)*[1, -1]))
-    yield of_rail("open section", rail, text=shapes.rows(section(rail, False)))
-    yield of_rail("flat crown", flat_crown(rail).round(2), text=shapes.rows(flat_crown(rail), digits=2))
-    yield of_rail("rail, side worn", shapes.side_worn(rail))
-    yield of_rail("rail, 0.01 mm", rail.round(2), text=shapes.rows(rail, digits=2))
-    yield of_rail("rail, noise of 3 um", shapes.noisy(rail, 0.003, 3))
-    yield of_rail("rail of MiniProf", rail, text=shapes.miniprof(rail, "rail"))
-    yield of_rail("rail of SIMPACK", rail, "r.prr", shapes.simpack(rail, "rail"))
-    yield of_rail("rail, perturbed", perturbed(rail, 9))
+                       14/scale, {"unit": "mm"} if scale > 5 else {})
+    for k, (one, other) in enumerate(itertools.zip_longest(wheels(wheel), rails(rail), fillvalue=("plain", rail, "rail.yz", ""))):
+        (name, points, file, text), options = one[:4], one[4] if len(one) > 4 else {}
+        yield Specimen(f"{name} on {other[0]}", points, other[1], (file, text or shapes.rows(points)),
+                       (other[2], other[3] or shapes.rows(other[1])), depth=15.875 if k == 1 else 14.0, options=options)
+
+
+def wheels(wheel: Points) -> Iterator[tuple[Any, ...]]:
+    """Name, points, name and contents of a file, and options."""
+    yield "plain", wheel, "w.yz", ""
+    yield "rounded to 0.01 mm", wheel.round(2), "w.txt", shapes.rows(wheel, digits=2)
+    for name, points in (("hollow by 1.34 mm", hollow(wheel)), ("flange worn", shapes.thin_flange(wheel)),
+                         ("tread hollow", shapes.hollow(wheel)), ("hollow by the throat", shapes.hollow_beside_throat(wheel, 0.5)),
+                         *((f"perturbed, {seed}", perturbed(wheel, seed)) for seed in range(4)),
+                         *((f"noise of {1e3*noise:.0f} um", shapes.noisy(wheel, noise, 7)) for noise in (0.001, 0.003, 0.01))):
+        yield name, points, "w.txt", ""
+    yield "rounded but four rows", wheel.round(2), "w.txt", rounded_but_four(wheel)
+    yield "rounded to 0.1 mm", wheel.round(1), "w.txt", shapes.rows(wheel, digits=1)
+    for name, write in shapes.FORMATS.items():
+        yield name, wheel, {"MiniProf": "w.whl", "SIMPACK": "w.prw"}.get(name, "w.txt"), write(wheel, "wheel")
+    yield "SIMPACK in m", wheel, "w.prw", shapes.simpack(wheel, "wheel", 1.0, 9)
+    faced, bare = shapes.with_faces(wheel), wheel[wheel[:, 0] > 6]
+    for off in -0.2, 0.25, 0.0:
+        yield f"MiniProf, face at {off} mm", wheel + [off, 0], "w.whl", shapes.miniprof(faced + [off, 0], "wheel")
+    yield "back told by its face", wheel, "w.txt", shapes.rows(faced + [33, 0])
+    yield "tape circle at 0", wheel, "w.txt", shapes.rows(faced - [70, 0])
+    yield "wheel_back given", bare, "w.txt", shapes.rows(bare + [33, 0]), {"wheel_back": 33.0}
+    for unit, factor in ("cm", 10.0), ("in", 25.4), ("m", 1e3):
+        yield f"in {unit}", wheel, "w.txt", shapes.rows(wheel/factor, digits=8)
+    yield "turned over", wheel, "w.txt", shapes.rows(wheel[::-1]*[-1, -1])
+
+
+def rails(rail: Points) -> Iterator[tuple[str, Points, str, str]]:
+    """Name, points, name and contents of a file."""
+    low, deep, worn = lip(rail), lip(rail, 36.0, 2.5), flat_crown(rail)
+    yield from [
+        ("lip", low, "r.ban", ""), ("lip, gauge 15.875 mm down", low, "r.ban", ""),
+        ("lip of 2.5 mm, whole section", deep, "r.ban", shapes.rows(section(deep))),
+        ("closed section", rail, "r.ban", shapes.rows(section(rail))),
+        ("closed section, upside down", rail, "r.ban", shapes.rows(section(rail)*[1, -1])),
+        ("open section", rail, "r.ban", shapes.rows(section(rail, False))),
+        ("flat crown", worn.round(2), "r.ban", shapes.rows(worn, digits=2)), ("side worn", shapes.side_worn(rail), "r.ban", ""),
+        ("0.01 mm", rail.round(2), "r.ban", shapes.rows(rail, digits=2)),
+        ("noise of 3 um", shapes.noisy(rail, 0.003, 3), "r.ban", ""),
+        ("MiniProf", rail, "r.ban", shapes.miniprof(rail, "rail")), ("SIMPACK", rail, "r.prr", shapes.simpack(rail, "rail")),
+        ("perturbed", perturbed(rail, 9), "r.ban", "")]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 TAPE, BELOW, ABOVE_TIP = 70.0, 10.0, 2.0        # of EN 15313, at full size [mm]
-FINE = 0.02                                     # between points of a polygon that touches another [mm]
+FINE = 0.04                                     # between points of a polygon that touches another [mm]
 STEEPEST_ROLL = 0.06                            # [rad]
 
 
@@ -73,7 +73,7 @@ def clearance(wheel_points: np.ndarray, rail_points: np.ndarray, gauge: float, b
 
     def left_contact(y: float) -> int:
         a, b = -STEEPEST_ROLL, STEEPEST_ROLL
-        for _ in range(34):
+        for _ in range(22):
             middle = (a + b)/2
             if lift(low, y, middle)[0] > lift(low, -y, -middle)[0]:
                 a = middle
