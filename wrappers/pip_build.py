@@ -1,4 +1,4 @@
-"""What pip calls to build ldbench: meson-python, whose editable installations need at each import what pip removes after the build."""
+"""What pip calls to build ldbench: meson-python, but for editable installations, which would need pip's build folder at each import."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,8 +15,9 @@ WRAPPERS = Path(__file__).parent
 get_requires_for_build_editable = get_requires_for_build_wheel
 
 
-def build_editable(wheel_directory: str, config_settings: dict[str, Any] | None = None, metadata_directory: str | None = None) -> str:
-    """For `pip install -e .`: build once, put what is compiled beside the sources, and hand pip the path to them instead of modules."""
+def build_editable(wheel_directory: str, config_settings: dict[str, Any] | None = None,
+                   metadata_directory: str | None = None) -> str:
+    """For `pip install -e .`: build once, put what is compiled beside the sources, and hand pip the path to the sources."""
     with TemporaryDirectory() as folder:
         name = build_wheel(folder, config_settings)
         with ZipFile(Path(folder, name)) as whole, ZipFile(Path(wheel_directory, name), "w") as editable:
