@@ -1,4 +1,4 @@
-"""What pip calls to build ldbench: meson-python, but for editable installations, which would need pip's build folder at each import."""
+"""What pip calls to build ldbench: meson-python, whose editable installations would need the build folder of pip at each import."""
 from __future__ import annotations
 
 from pathlib import Path
