@@ -2,7 +2,7 @@
 
 usage: python tests/mutants.py [WORD | NUMBER | FROM-TO ...]      only faults whose file or text has a word, or with these numbers
 The faults are in mutants.txt: `file | tests`, then for each fault the old text after `- ` and the new one after `+ `; `...` stands
-for test_shown.py.
+for test_walk.py.
 A fault in fortran/ is compiled into the executable alone, so its tests must call that.
 """
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 REPO = Path(__file__).resolve().parents[1]
 SCRATCH = REPO/"build/mutants"
-SHOWN = "tests/shown/test_shown.py"
+SHOWN = "tests/shown/test_walk.py"
 HANG = 900                  # a test that takes longer has noticed [s]
 
 
