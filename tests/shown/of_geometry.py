@@ -1,4 +1,4 @@
-"""What pages of a pair of profiles show over the lateral displacement, held against the functions and the profile files."""
+"""What pages of profiles and of their pairs show, held against the geometry functions and the profile files."""
 from __future__ import annotations
 
 import re
@@ -11,19 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
+import ldbench
 from ldbench.plots.named import Shown
 from named_artists import shown
-from probes import gaps, left_rail, left_wheel
+from probes import gaps, left_rail, left_wheel, tangent_angles
 from table import COLOURS, DEG, MM
 from walk import Compare
 
 FACTORS = {"": 1.0, "mm": MM, "°": DEG, "mrad": 1e3}
-LABELS = {      # of axes: what they show
-    "contact angle [°]": ("angle_L", "angle_R"), "rolling radius [mm]": ("radius_L", "radius_R"),
-    "Δr = left − right [mm]": ("delta_r",), "equivalent conicity": ("conicity", "linearised"),
-    "contact position, outward |y| [mm]": ("y_L", "-y_R"), "contact position z [mm]": ("z_L", "z_R"), "roll Φ [mrad]": ("roll",),
-    "height Z [mm]": ("Z",), "contact angle γ [°]": ("angle_L", "angle_R"), "½(tan γL − tan γR)": ("tan",),
-    "contact, outward |y| [mm]": ("out_L", "out_R"), "lateral displacement Y [mm]": ("Y",), "amplitude [mm]": ("amplitude",)}
 KEPT = {"": "#000000", "with roll": "#000000", "level": COLOURS["left"]}     # colour by how the wheelset is kept
 RAISED = 16.0       # of the wheel above its rail [mm]
 Functions = Mapping[str, np.ndarray]
@@ -41,8 +36,6 @@ def value_of(functions: Functions, name: str) -> np.ndarray:
 def compare_functions(functions: Functions, ax: Axes, line: Line2D) -> None:
     """At every displacement, but for gaps where a contact jumps, in its colour."""
     names = shown(line)
-    for words, name in ((ax.get_ylabel(), names.y), (ax.get_xlabel(), names.x)):
-        assert name.partition(" [")[0] in LABELS[words], (words, names)
     x, y = (np.asarray(data, float) for data in line.get_data())
     np.testing.assert_allclose(x, value_of(functions, names.x), rtol=1e-9, atol=1e-12)
     known, truth = np.isfinite(y), value_of(functions, names.y)
@@ -99,10 +92,65 @@ def compare_contact_line(wheels: Mapping[str, str], axle: float) -> Compare:
     return compare
 
 
-def says(label: str, names: Shown, source: Any) -> bool:
+def of_side(label: str, names: Shown, source: Any) -> bool:
     """The side, or how the wheelset is kept."""
     sided = {"left": r"_L\b", "right": r"_R\b"}
     if label in sided:
         return bool(re.search(sided[label], names.y))
     kept, _, how = label.partition(", ")
     return names.of == kept and (not how or names.y == {"EN 15302": "conicity", "harmonic": "linearised"}[how])
+
+
+def compare_points(points: np.ndarray, ax: Axes, dots: Line2D) -> None:
+    """The points of the file, or how far they are from the curve that is drawn above."""
+    assert dots.get_xdata() == pytest.approx(MM*points[:, 0], abs=1e-9)
+    if shown(dots).y == "z [mm]":
+        assert dots.get_ydata() == pytest.approx(MM*points[:, 1], abs=1e-9)
+    else:
+        shape, = (one for one in ax.get_figure().axes if one.get_title(loc="left") == shown(dots).of)
+        lines = [line for line in shape.lines if shown(line).how.startswith("part ")]
+        y, z = np.nanmax([line.get_xdata() for line in lines if len(line.get_xdata())], axis=0), lines[0].get_ydata()
+        away = 1e3*gaps(MM*points, np.column_stack([y, z])[np.isfinite(y)])
+        assert ax.get_ylabel() == "distance [µm]" and np.median(np.abs(np.abs(away) - np.abs(dots.get_ydata()))) < 0.2
+
+
+def compare_curve(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """Angle and curvature of the curve through the points, beside those of the polyline of the file."""
+    angle = np.unwrap(tangent_angles(points))
+    along = np.hypot(*np.gradient(points, axis=0).T)
+    words, truth = {"tangent angle [°]": ("tangent angle [°]", np.degrees(angle)),
+                    "curvature [1/m]": ("curvature [1/m]", np.gradient(angle)/along)}[shown(line).y]
+    assert ax.get_ylabel() == words and shown(line).x == "y [mm]"
+    y, x = (np.asarray(data, float) for data in line.get_data())
+    near = np.array([np.abs(x[np.argsort(np.abs(y - MM*point))[:9]] - value).min() for point, value in
+                     zip(points[5:-5:9, 0], truth[5:-5:9], strict=True)])
+    assert np.median(near) < 0.02*np.percentile(np.abs(truth), 90), shown(line)
+
+
+def compare_part(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """On the points of the file."""
+    curve = line.get_xydata()[np.isfinite(line.get_xdata())]
+    assert np.abs(gaps(curve/MM, points)).max() < 1e-4, shown(line)
+
+
+def compare_mark(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """70 mm from the back of the wheel."""
+    assert shown(line).y == "tape circle" and set(line.get_xdata()) == {70.0}
+
+
+def compare_gauge(points: np.ndarray, ax: Axes, line: Line2D) -> None:
+    """On the side of the rail's head, 14 mm below its top or as deep as the case says."""
+    point, = line.get_xydata()
+    assert np.abs(gaps(line.get_xydata()/MM, points)).max() < 1e-4
+    assert MM*points[:, 1].max() - point[1] == pytest.approx(MM*ldbench.Case().gauge_depth, abs=0.1)
+
+
+class OfProfiles(dict[str, Compare]):
+    """By how artists show a profile; a part of it and a curve have names of their own."""
+
+    def __missing__(self, how: str) -> Compare:
+        return compare_part if how.startswith("part ") else compare_curve
+
+
+OF_PROFILES = OfProfiles({"points": compare_points, "end of a zone": compare_part, "mark": compare_mark,
+                          "gauge point": compare_gauge})

@@ -15,11 +15,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.quiver import Quiver
 
+from commands import between_rows, difference
 from named_artists import artists, shown
 from probes import left_rail, left_wheel, turned
 from raw import PAIR, Raw, flange_slope
 from table import COLUMNS, KN, MM, WORDS, fits_contact, pictured
-from walk import Says, walk
+from walk import Compare, points_of
 
 FACTORS = {"": 1.0, "m/s": 1.0, "m/s²": 1.0, "rad/s²": 1.0, "J": 1.0, "N·m": 1.0, "s": 1.0, "mm": MM, "mrad": 1e3,
            "mrad/s": 1e3, "kN": KN, "°": 180/np.pi, "kN·s": KN, "ms": 1e3}
@@ -208,26 +209,39 @@ COMPARED: Mapping[str, Callable[[Raw, Axes, Any], None]] = {
        for c, words in WORDS.items()}}
 
 
-def whole_range(raw: Raw, ax: Axes, others: Mapping[str, Raw]) -> None:
+def whole_range(raw: Raw, figure: Figure, others: Mapping[str, Raw] | None = None) -> None:
     """What curves and bands show of a quantity between the ends of the axis is all that the file has there."""
-    for y, clock, of in {(shown(one).y, shown(one).x, shown(one).of) for one in ax.get_children()
-                         if "shown" in vars(one) and shown(one).how == "rows"}:
-        own = [one for one in (*ax.lines, *ax.collections) if (shown(one).y, shown(one).x, shown(one).of) == (y, clock, of)]
-        if not clock.startswith("time") or all(line.get_linestyle() == "None" for line in own if isinstance(line, Line2D)):
-            continue
-        t, x = (reading(others.get(of, raw), name) for name in (clock, y))
-        there = x[(t >= ax.get_xlim()[0]) & (t <= ax.get_xlim()[1]) & np.isfinite(x)]
-        drawn = np.concatenate([np.asarray(one.get_ydata(), float) if isinstance(one, Line2D) else
-                                np.vstack([path.vertices for path in one.get_paths()])[:, 1] for one in own])
-        drawn = drawn[np.isfinite(drawn)]
-        if there.size:
-            size = 1e-6*np.ptp(x[np.isfinite(x)])
-            assert drawn.min() <= there.min() + size and drawn.max() >= there.max() - size, (y, clock, of)
-
-
-def compare(raw: Raw, figure: Figure, others: Mapping[str, Raw] | None = None, says: Says | None = None) -> int:
-    """Compare all artists of a page of runs; how many there are."""
-    found = walk(figure, COMPARED, raw, others, says)
     for ax in figure.axes:
-        whole_range(raw, ax, others or {})
-    return found
+        for y, clock, of in {(shown(one).y, shown(one).x, shown(one).of) for one in ax.get_children()
+                             if "shown" in vars(one) and shown(one).how == "rows"}:
+            own = [one for one in (*ax.lines, *ax.collections) if (shown(one).y, shown(one).x, shown(one).of) == (y, clock, of)]
+            if not clock.startswith("time") or all(line.get_linestyle() == "None" for line in own if isinstance(line, Line2D)):
+                continue
+            t, x = (reading((others or {}).get(of, raw), name) for name in (clock, y))
+            there = x[(t >= ax.get_xlim()[0]) & (t <= ax.get_xlim()[1]) & np.isfinite(x)]
+            drawn = np.concatenate([points_of(one)[:, 1] for one in own])
+            drawn = drawn[np.isfinite(drawn)]
+            if there.size:
+                size = 1e-6*np.ptp(x[np.isfinite(x)])
+                assert drawn.min() <= there.min() + size and drawn.max() >= there.max() - size, (y, clock, of)
+
+
+def compared_with(reference: Raw, *others: Raw) -> dict[str, Compare]:
+    """Curves of files that are compared as long as all have rows: overlays between rows, and differences from the reference."""
+    until = min(raw.t[-1] for raw in (reference, *others))
+
+    def compare(of: Callable[[Raw, Raw, str], np.ndarray]) -> Compare:
+        def compared(raw: Raw, ax: Axes, line: Line2D) -> None:
+            column, _, unit = shown(line).y.removesuffix("]").partition(" [")
+            assert UNITS[column] == unit and shown(line).x == "time [s]"
+            t, x = line.get_data()
+            k = np.searchsorted(reference.t, t*(1 - 1e-9))
+            np.testing.assert_allclose(t, reference.t[k], rtol=1e-8, atol=1e-12)
+            truth = FACTORS[unit]*of(reference, raw, column)[reference.t <= until*(1 + 1e-9)]
+            size = 1e-8*FACTORS[unit]*np.nanmax(np.abs(reference.c[column]), initial=1e-300)
+            np.testing.assert_allclose(x, truth[k], rtol=1e-6, atol=size, err_msg=str(shown(line)))
+            assert not np.isfinite(truth).any() or (np.nanmin(x), np.nanmax(x)) == pytest.approx(
+                (np.nanmin(truth), np.nanmax(truth)), rel=1e-6, abs=size)
+        return compared
+
+    return {**COMPARED, "between rows": compare(between_rows), "difference": compare(difference)}

@@ -1,8 +1,13 @@
-"""Numbers in texts that a user reads: each is accounted for by a line of the table, or is one of the labels that are declared."""
+"""Numbers in what a user reads: each is accounted for by a line of the table, or is one of the labels that are declared.
+
+JSON and tables of CSV are read as texts, too, with a line `place = number` for each of their numbers.
+"""
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +16,21 @@ from matplotlib.text import Text
 
 NUMBER = re.compile(r"(?<![\w.\-/])[-−]?\d[\d\u2009]*(?:\.\d+)?(?:[eE][-+]?\d+)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?![\w/])")
 RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
+NOTHING = "–"           # of a number that does not exist
 Truth = Callable[[Any], object]
+
+
+class Known(NamedTuple):
+    """A number, None of what does not exist, and how far a shown one may be off beside its rounding, as a share and in its unit."""
+
+    value: float | None
+    slack: float = 1e-8
+    spare: float = 0.0
+    chaotic: bool = False       # whether it is written with zeros for the digits that do not hold
+
+    def of(self, scale: float) -> Known:
+        """The number in another unit."""
+        return self._replace(value=None if self.value is None else scale*self.value, spare=abs(scale)*self.spare)
 
 
 class Line(NamedTuple):
@@ -22,6 +41,13 @@ class Line(NamedTuple):
     truth: Truth            # what they are in that unit, from the specimen's raw rows; None for a dash
     slack: float = 0.0      # how far they may be off beside their rounding, as a share
     often: bool = False     # whether the pattern may match many times, with the match for a second argument of `truth`
+
+    def wrong(self, world: Any, match: re.Match[str]) -> list[str]:
+        """The numbers of a match that are not what they must be."""
+        truth = self.truth(world, match) if self.often else self.truth(world)
+        several = isinstance(truth, list | tuple | np.ndarray) and not isinstance(truth, Known)
+        return [f"{self.what}: {match[group]}, expected {one}" for group, one in enumerate(truth if several else [truth], 1)
+                if not agree(match[group], one, self.slack)]
 
 
 def value(text: str) -> tuple[float, float]:
@@ -34,38 +60,58 @@ def value(text: str) -> tuple[float, float]:
     return float(plain), 0.5*10.0**(int(power or 0) - decimals)
 
 
-def agree(text: str, truth: float | None, slack: float = 0.0, chaotic: bool = False) -> bool:
-    """Whether a text is that number. Chaotic results have zeros for the digits that do not hold."""
-    if truth is None or np.isnan(truth):
-        return text == "–"
-    if text == "–":
+def agree(text: str, truth: Known | float | None, slack: float = 0.0) -> bool:
+    """Whether a text is that number."""
+    known = truth if isinstance(truth, Known) else Known(truth, slack)
+    if known.value is None or np.isnan(known.value):
+        return text == NOTHING
+    if text == NOTHING:
         return False
     number, half = value(text)
-    if chaotic:
-        digits = text.rstrip("0") if "." not in text else text
-        half = max(half, 0.5*10.0**(len(text) - len(digits)))
-    return abs(number - truth) <= 1.001*half + slack*abs(truth)
+    if known.chaotic and "." not in text:
+        half = max(half, 0.5*10.0**(len(text) - len(text.rstrip("0"))))
+    return abs(number - known.value) <= 1.001*half + known.slack*abs(known.value) + known.spare
 
 
 def differing(text: str, lines: Iterable[Line], world: Any, labels: Iterable[str]) -> list[str]:
     """What is wrong in a text: numbers that differ from what they must be, lines of the table that the text lacks, numbers
-    that no line and no label accounts for."""
+    that no line and no label accounts for, numbers that may be any."""
     wrong, known = [], np.zeros(len(text), bool)
     for line in lines:
         found = list(re.finditer(line.pattern, text, re.MULTILINE))
         if not found or (len(found) > 1 and not line.often):
             wrong.append(f"{line.what}: {len(found)} times {line.pattern}")
         for match in found:
-            truth = line.truth(world, match) if line.often else line.truth(world)
-            for group, one in enumerate(np.atleast_1d(np.array(truth, object)), 1):
-                if not agree(match[group], one, line.slack):
-                    wrong.append(f"{line.what}: {match[group]}, expected {one}")
+            wrong += line.wrong(world, match) or idle(text, line, world, match)
             known[match.start():match.end()] = True
     for label in labels:
         for match in re.finditer(label, text, re.MULTILINE):
             known[match.start():match.end()] = True
     return wrong + [f"nobody accounts for {match[0]} in {text[max(match.start() - 40, 0):match.end() + 20]!r}"
                     for match in NUMBER.finditer(text) if not known[match.start():match.end()].all()]
+
+
+def idle(text: str, line: Line, world: Any, match: re.Match[str]) -> Iterator[str]:
+    """The numbers of a match that may be any: the line agrees with others in their place."""
+    for group in range(1, match.re.groups + 1):
+        first, last = match.span(group)
+        others = [match.re.match(text[:first] + other + text[last:], match.start()) for other in changed(match[group])]
+        if all(other and not line.wrong(world, other) for other in others):
+            yield f"{line.what}: {match[group]} may be any number, as {changed(match[group])[0]}"
+
+
+def changed(number: str) -> list[str]:
+    """A number whose first digit that counts is another one, so that it is less than half as large or more than half as large
+    again, and one that is far from zero; of one that does not exist, a number."""
+    if number == NOTHING:
+        return ["7"]
+    if re.match("10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]", number):
+        return [f"9·{number}"]
+    sign, plain = re.match(r"([-+−]?)(.*)", number).groups()
+    place = next((k for k, digit in enumerate(plain) if digit in "123456789"), None)
+    if place is None:
+        return [sign + plain.replace("0", "9", 1)]
+    return [sign + plain[:place] + str((int(plain[place]) + 3) % 9 + 1) + plain[place + 1:], f"{sign}9{re.split('e|·', plain)[0]}"]
 
 
 def words_of(figure: Figure) -> str:
@@ -82,29 +128,31 @@ def words_of(figure: Figure) -> str:
                      for row in rows.values())
 
 
-def numbers_in(told: Any, path: str = "") -> dict[str, float | None]:
-    """Numbers and nulls of JSON by their places, as `events.0.t`; words and truth values have none."""
+def told_text(told: Any, path: str = "") -> str:
+    """The numbers and nulls of JSON as lines `place = number`, with places such as `events.0.t`; words have none."""
     if isinstance(told, dict | list):
         parts = told.items() if isinstance(told, dict) else enumerate(told)
-        return {place: x for name, part in parts for place, x in numbers_in(part, f"{path}.{name}" if path else str(name)).items()}
-    return {path: told} if told is None or (isinstance(told, int | float) and not isinstance(told, bool)) else {}
+        return "".join(told_text(one, f"{path}.{name}" if path else str(name)) for name, one in parts)
+    known = told is None or (isinstance(told, int | float) and not isinstance(told, bool))
+    return f"{path} = {NOTHING if told is None else repr(told)}\n" if known else ""
 
 
-def numbers_that_differ(told: Any, truths: Mapping[str, Any]) -> list[str]:
-    """What is wrong in JSON: numbers that differ from what they must be, and numbers that nobody accounts for.
+def csv_text(file: Path, *keys: str) -> str:
+    """The numbers of a table as lines `keys of the row.column = number`, and empty cells; words have none."""
+    with file.open(newline="", encoding="utf-8") as opened:
+        return "".join(f"{'.'.join(row[key] for key in keys)}.{column} = {cell or NOTHING}\n" for row in csv.DictReader(opened)
+                       for column, cell in row.items() if column not in keys and (not cell or NUMBER.fullmatch(cell)))
 
-    truths: by patterns of places, the first that fits counts: a number, or one with a share and an absolute error that it may have,
-    or None for null, or a function of the match that gives any of these.
-    """
-    wrong = []
-    for place, x in numbers_in(told).items():
-        found = next(((match, truth) for pattern, truth in truths.items() if (match := re.fullmatch(pattern, place))), None)
-        if not found:
-            wrong.append(f"nobody accounts for {place} = {x}")
-            continue
-        truth = found[1](found[0]) if callable(found[1]) else found[1]
-        given = truth if isinstance(truth, tuple) else (truth,)
-        value, share, slack = *given, *(1e-8, 0.0)[len(given) - 1:]
-        if (x is None) != (value is None) or (x is not None and abs(x - value) > share*abs(value) + slack):
-            wrong.append(f"{place}: {x}, expected {value}")
-    return wrong
+
+def places(text: str, truths: Mapping[str, Any]) -> list[Line]:
+    """A line of the table for each number of JSON or CSV. truths: by patterns of places, of which the first that fits counts, what
+    the number is, or a function of the match that says this."""
+    found = []
+    for place in re.findall("^(.*) = ", text, re.MULTILINE):
+        matches = ((re.fullmatch(pattern, place), truth) for pattern, truth in truths.items())
+        match, truth = next((both for both in matches if both[0]), (None, None))
+        if match:
+            one = truth(match) if callable(truth) else truth
+            one = one if isinstance(one, Known) else Known(one)
+            found.append(Line(rf"^{re.escape(place)} = (\S+)$", place, lambda w, one=one: one))
+    return found

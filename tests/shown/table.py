@@ -2,15 +2,15 @@
 follows from the rows of the specimen."""
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from raw import Raw, flange_slope
-from reading import Line
+from reading import Known, Line
 
 MM, KN, DEG = 1e3, 1e-3, 180/np.pi
 WORDS = {"LT": "left tread", "LF": "left flange", "RT": "right tread", "RF": "right flange"}
@@ -88,198 +88,176 @@ PANELS = {
     "amplitude of Z [mm]": {"": "amplitude of Z [mm]"}, "amplitude of Φ [mrad]": {"": "amplitude of roll [mrad]"}}
 # Left is blue, right is red; flanges are lighter.
 COLOURS = {"LT": "#0072B2", "LF": "#56B4E9", "RT": "#D55E00", "RF": "#E69F00", "left": "#0072B2", "right": "#D55E00"}
-# The labels of horizontal axes, and what they show.
-ACROSS = {"time [s]": "time [s]", "frequency [Hz]": "frequency [Hz]", "lateral force [kN]": "F_ext [kN]",
-          "lateral displacement Y [mm]": "Y [mm]", "vertical displacement Z [mm]": "Z [mm]", "roll Φ [mrad]": "roll [mrad]"}
-PORTRAITS = {"lateral velocity [m/s]": "lateral displacement Y [mm]", "vertical velocity [m/s]": "vertical displacement Z [mm]",
-             "roll velocity [mrad/s]": "roll Φ [mrad]"}
+# What the axes of all pages show, by their words: the beginnings of names; of the curves of some, by their own words.
+CURVES = {words: curves for panels in (*SHEETS.values(), PANELS) for words, curves in panels.items()}
+AXES = {words: tuple(curves.values()) for words, curves in CURVES.items()}
+for words, names in {
+        "time [s]": ("time [s]",), "time since the touch [ms]": ("time since",), "frequency [Hz]": ("frequency",),
+        "time since the flange touched [ms]": ("time since LF",), "lateral force [kN]": ("F_ext",), "vertical force [kN]": ("Fz_",),
+        "N of the left flange [kN]": ("N_LF",), "N of flanges [kN]": ("N_LF", "-N_RF"), "N, first contact [kN]": ("N_LF",),
+        "kinetic energy [J]": ("KE_lat+KE_vert+KE_roll",), "Y [mm]": ("Y",), "initial velocity × time [mm]": ("time × first vY",),
+        "lateral velocity [m/s]": ("vY", "first vY"), "initial lateral velocity [m/s]": ("first vY",),
+        "first peak [kN]": ("first peak of N_LF",), "peak N [kN]": ("first peak of N_LF",),
+        "duration [ms]": ("first duration of N_LF",),
+        "impulse ∫N dt [kN·s]": ("first impulse of N_LF",), "lateral velocity after / before, reversed": ("rebound of N_LF",),
+        "share of the kinetic energy before the contact [%]": ("share of ",), "vertical Z [mm]": ("Z [mm]",),
+        "left flange: impulse [kN·s]": ("impulse_LF",), "work of weight and load [J]": ("PE_grav+PE_load", "first KE_lat"),
+        "contact angle [°]": ("angle_",), "rolling radius [mm]": ("radius_",), "Δr = left − right [mm]": ("delta_r",),
+        "equivalent conicity": ("conicity", "linearised"), "contact position, outward |y| [mm]": ("y_L", "-y_R"),
+        "contact position z [mm]": ("z_",), "height Z [mm]": ("Z",), "contact angle γ [°]": ("angle_",),
+        "½(tan γL − tan γR)": ("tan",),
+        "contact, outward |y| [mm]": ("out_",), "amplitude [mm]": ("amplitude",), "tangent angle [°]": ("tangent angle",),
+        "curvature [1/m]": ("curvature",)}.items():
+    AXES[words] = AXES.get(words, ()) + names
 
 
 WAYS = ("Y", 1), ("Y", -1), ("Z", 1), ("Z", -1), ("roll", 1), ("roll", -1)      # of extremes
-
-
-class Result(NamedTuple):
-    """A result of a run: what it is in SI, and the words and the unit's factor under which documents, page and abstract have it."""
-
-    truth: Callable[[Raw], float | None]
-    words: str                  # of the summary page of the PDF, of the page's table; with the unit
-    scale: float
-    short: str = ""             # of the abstract
-    slack: float = 0.0          # as a share: rows may miss what happens between them
-
-    @property
-    def brief(self) -> str:
-        """The words of the table of results in the PDF; '' of what it leaves out."""
-        key = next(key for key, one in RESULTS.items() if one is self)
-        return BRIEF.get(key, self.words)
-
-
-def passage(k: int) -> Callable[[Raw], float | None]:
-    return lambda raw: raw.passages()[k] if len(raw.passages()) else None
 
 
 def end_of_ramp(raw: Raw) -> bool:
     return bool(raw.c["F_ext"][-1] > 0)
 
 
-def last_load(raw: Raw) -> float | None:
-    """Lateral force when the right wheel carries for the last time [N]; None of a run without a ramp."""
-    carries = np.flatnonzero(raw.c["N_RT"] + raw.c["N_RF"] > 0)
-    return float(raw.c["F_ext"][carries[-1]]) if end_of_ramp(raw) else None
+class Result(NamedTuple):
+    """The words and the unit's factor under which documents, page and abstract have a result of a run."""
 
+    words: str                  # of the page's table; with the unit
+    scale: float
+    short: str = ""             # of the abstract; "" of what it leaves out
+    paper: str | None = None    # of the table of results in the PDF, where it has other words
 
-def overlap_of(contact: str) -> Callable[[Raw], float | None]:
-    return lambda raw: None if raw.first_peak(contact) is None else raw.overlap(contact, raw.first_peak(contact))
+    @property
+    def brief(self) -> str:
+        """The words of the table of results in the PDF; '' of what it leaves out."""
+        return self.words if self.paper is None else self.paper
 
 
 RESULTS: dict[str, Result] = {
-    "t_first_LF": Result(lambda r: r.start("LF"), "first contact of the left flange [s]", 1, "first left flange contact [s]"),
-    "t_first_RF": Result(lambda r: r.start("RF"), "first contact of the right flange [s]", 1, "first right flange contact [s]"),
-    "t_first_centre": Result(passage(0), "first passage of the centre after a flange contact [s]", 1),
-    "t_return": Result(passage(-1), "return to the centre after turning back on both sides [s]", 1, "return to the centre [s]"),
-    "F_limit_left": Result(lambda r: r.setting("F_limit_left"), "static limit of the lateral force, left [kN]", KN),   # quasistatic
-    "F_unloaded": Result(last_load, "lateral force at which a wheel lifts for good [kN]", KN, "", 2e-3),
-    "t_derailment": Result(lambda r: r.t[-1] if end_of_ramp(r) else None, "derailment [s]", 1, "derailment [s]", 5e-4),
-    "F_derailment": Result(lambda r: r.c["F_ext"][-1] if end_of_ramp(r) else None, "lateral force at derailment [kN]", KN,
-                           "lateral force at derailment [kN]", 5e-4),
-    "farthest_left": Result(lambda r: r.extreme("Y", 1), "Y, largest [mm]", MM, "largest Y [mm]", 1e-4),
-    "farthest_right": Result(lambda r: r.extreme("Y", -1), "Y, smallest [mm]", MM, "", 1e-4),
-    "farthest_up": Result(lambda r: r.extreme("Z", 1), "Z, largest [mm]", MM, "largest Z [mm]", 1e-4),
-    "farthest_down": Result(lambda r: r.extreme("Z", -1), "Z, smallest [mm]", MM, "", 1e-4),
-    "largest_roll": Result(lambda r: r.extreme("roll", 1), "Φ, largest [mrad]", 1e3, "", 1e-4),
-    "smallest_roll": Result(lambda r: r.extreme("roll", -1), "Φ, smallest [mrad]", 1e3, "", 1e-4),
-    **{f"peak_N_{c}": Result(lambda r, c=c: r.peak(c)[0] or None, f"peak N, {words} [kN]", KN,
-                             f"peak N, {words} [kN]" if c[1] == "F" else "")
+    "t_first_LF": Result("first contact of the left flange [s]", 1, *["first left flange contact [s]"]*2),
+    "t_first_RF": Result("first contact of the right flange [s]", 1, *["first right flange contact [s]"]*2),
+    "t_first_centre": Result("first passage of the centre after a flange contact [s]", 1, "", "first passage of the centre [s]"),
+    "t_return": Result("return to the centre after turning back on both sides [s]", 1, *["return to the centre [s]"]*2),
+    "F_limit_left": Result("static limit of the lateral force, left [kN]", KN, "", "static limit of the lateral force [kN]"),
+    "F_unloaded": Result("lateral force at which a wheel lifts for good [kN]", KN, "", "lateral force, lift for good [kN]"),
+    "t_derailment": Result("derailment [s]", 1, "derailment [s]"),
+    "F_derailment": Result("lateral force at derailment [kN]", KN, "lateral force at derailment [kN]"),
+    "farthest_left": Result("Y, largest [mm]", MM, *["largest Y [mm]"]*2),
+    "farthest_right": Result("Y, smallest [mm]", MM, "", "smallest Y [mm]"),
+    "farthest_up": Result("Z, largest [mm]", MM, *["largest Z [mm]"]*2),
+    "farthest_down": Result("Z, smallest [mm]", MM, "", "smallest Z [mm]"),
+    "largest_roll": Result("Φ, largest [mrad]", 1e3, "", "largest Φ [mrad]"),
+    "smallest_roll": Result("Φ, smallest [mrad]", 1e3, "", "smallest Φ [mrad]"),
+    **{f"peak_N_{c}": Result(f"peak N, {words} [kN]", KN, f"peak N, {words} [kN]" if c[1] == "F" else "")
        for c, words in WORDS.items()},
-    **{f"first_peak_N_{c}": Result(lambda r, c=c: r.impact(c).get("peak"), f"peak N, first contact, {WORDS[c]} [kN]", KN)
+    **{f"{name}_{c}": Result(f"{words}, first contact, {WORDS[c]} [{unit}]", scale, "", paper and f"{paper}, {WORDS[c]} [{unit}]")
+       for name, words, unit, scale, paper in (
+           ("first_peak_N", "peak N", "kN", KN, None), ("first_duration", "duration", "ms", 1e3, None),
+           ("first_impulse", "impulse", "N·s", 1, None), ("approach", "approach", "mm", MM, "approach"))
        for c in ("LF", "RF")},
-    **{f"first_duration_{c}": Result(lambda r, c=c: r.impact(c).get("duration"), f"duration, first contact, {WORDS[c]} [ms]", 1e3,
-                                     "", 1e-4) for c in ("LF", "RF")},
-    **{f"first_impulse_{c}": Result(lambda r, c=c: r.impact(c).get("impulse"), f"impulse, first contact, {WORDS[c]} [N·s]", 1,
-                                    "", 3e-3) for c in ("LF", "RF")},
-    **{f"approach_{c}": Result(overlap_of(c), f"approach, first contact, {WORDS[c]} [mm]", MM, "", 4e-3) for c in ("LF", "RF")},
-    # Tests of the physics and section `pressure` of the validation solve the pressures of other rows.
-    "pmax": Result(lambda r: r.result("pmax"), "largest pressure of the run [MPa]", 1e-6, "largest pressure [MPa]"),
-    "n_left_flange_contact": Result(lambda r: len(r.episodes("LF")), "contacts of the left flange", 1, "", 0.15),
-    "n_right_flange_contact": Result(lambda r: len(r.episodes("RF")), "contacts of the right flange", 1),
-    "n_left_wheel_lift_off": Result(lambda r: r.lift_offs("L"), "lift-offs of the left wheel", 1, "lift-offs, left wheel", 0.06),
-    "n_right_wheel_lift_off": Result(lambda r: r.lift_offs("R"), "lift-offs of the right wheel", 1, "lift-offs, right wheel"),
-    "drift": Result(lambda r: r.drift()[0], "largest energy drift [J]", 1, "", 0.05),
-    "drift_relative": Result(lambda r: r.drift()[1], "the drift over initial kinetic energy or work", 1, "energy drift, relative",
-                             0.05),
-    "step": Result(lambda r: r.setting("dt"), "time step [µs]", 1e6),
-    "t": Result(lambda r: r.t[-1], "end of the run [s]", 1)}
-# The words of the table of results in the PDF, where they are shorter; "" of what it leaves out.
-BRIEF = {
-    "t_first_LF": "first left flange contact [s]", "t_first_RF": "first right flange contact [s]",
-    "t_first_centre": "first passage of the centre [s]", "t_return": "return to the centre [s]",
-    "F_limit_left": "static limit of the lateral force [kN]", "F_unloaded": "lateral force, lift for good [kN]",
-    "farthest_left": "largest Y [mm]", "farthest_right": "smallest Y [mm]", "farthest_up": "largest Z [mm]",
-    "farthest_down": "smallest Z [mm]", "largest_roll": "largest Φ [mrad]", "smallest_roll": "smallest Φ [mrad]",
-    **{f"approach_{c}": f"approach, {WORDS[c]} [mm]" for c in ("LF", "RF")}, "pmax": "largest pressure [MPa]",
-    **{f"n_{side}_wheel_lift_off": f"lift-offs, {side} wheel" for side in ("left", "right")},
-    "drift_relative": "energy drift, relative", "step": "", "t": ""}
+    "pmax": Result("largest pressure of the run [MPa]", 1e-6, *["largest pressure [MPa]"]*2),
+    "n_left_flange_contact": Result("contacts of the left flange", 1),
+    "n_right_flange_contact": Result("contacts of the right flange", 1),
+    "n_left_wheel_lift_off": Result("lift-offs of the left wheel", 1, *["lift-offs, left wheel"]*2),
+    "n_right_wheel_lift_off": Result("lift-offs of the right wheel", 1, *["lift-offs, right wheel"]*2),
+    "drift": Result("largest energy drift [J]", 1),
+    "drift_relative": Result("the drift over initial kinetic energy or work", 1, *["energy drift, relative"]*2),
+    "step": Result("time step [µs]", 1e6, "", ""), "t": Result("end of the run [s]", 1, "", "")}
 # The pressure and the area of a patch must go with the force of the contact: N = 0.64 of pressure times area.
 PRESSED = {c: (f"peak pressure, first contact, {WORDS[c]} [MPa]", f"patch area, first contact, {WORDS[c]} [mm²]")
            for c in ("LF", "RF")}
 FULLNESS = 0.64, 0.03
 
 
-def fits_contact(raw: Raw, contact: str, k: int, pressure: float, area: float, slack: float = 1.0) -> None:
-    """Largest pressure and area of a patch go with the force and the overlap of its contact, as in Hertz's theory: the force is
-    nearly 2/3 of pressure times area, and a circle of that area has 2 E* / pi times the overlap for radius times pressure."""
-    stiffness = raw.setting("youngs_modulus")/(1 - raw.setting("poisson")**2)/np.pi
-    assert raw.c[f"N_{contact}"][k]/(pressure*area) == pytest.approx(FULLNESS[0], abs=slack*FULLNESS[1]), contact
-    assert np.sqrt(area/np.pi)*pressure/raw.overlap(contact, k)/stiffness == pytest.approx(1.27, abs=slack*0.1), contact
+def fits_contact(raw: Raw, contact: str, k: int, pressure: float, area: float) -> None:
+    """Whether largest pressure and area of a patch go with its contact."""
+    for shown, one in zip((pressure, area), patches(raw, contact, k, pressure, area), strict=True):
+        assert shown == pytest.approx(one.value, rel=one.slack), contact
 
 
-def text_of_summary(raw: Raw) -> tuple[list[Line], list[str]]:
-    """The summary that a run prints: lines, and labels. What rows do not tell, the column file says beside them."""
-    rough = (lambda share: share) if end_of_ramp(raw) else (lambda share: 0.0)     # rows of a millisecond miss short contacts
+def text_of_summary(raw: Raw) -> list[Line]:
+    """The summary that a run prints. What rows do not tell, the column file says beside them."""
+    told = known(raw)
 
-    def row(match: Any) -> int:
-        return int(np.abs(raw.t - float(match[1])).argmin())
+    def all_of(*names: str, scale: float = 1.0) -> Callable[[Any], list[Known]]:
+        return lambda w: [told[name].of(scale) for name in names]
 
-    def angle(_: Any, match: Any) -> tuple[float, float]:
-        """The angle of the flange that closes, in the first row in which it has one."""
-        k, found = row(match), raw.c[f"angle_{'L' if 'left' in match[0] else 'R'}F"]
-        return raw.t[k], DEG*abs(found[k + int(np.argmax(~np.isnan(found[k:])))])
+    def event(kind: str, _: Any, match: Any) -> list[Any]:
+        """The time of an event, at which the rows show a change of its kind, the angle of a flange that closes [deg], in the first
+        row in which it has one, and the lateral force [kN]."""
+        times = raw.changes(kind)
+        when = times[np.abs(times - float(match[1])).argmin()]
+        k, angles = int(np.abs(raw.t - when).argmin()), raw.c[f"angle_{kind[0].upper()}F"] if "contact" in kind else np.zeros(0)
+        closed = angles[k:][np.isfinite(angles[k:])]
+        return [when, *([Known(DEG*abs(closed[0]), 0.03)] if closed.size else []), *([KN*raw.c["F_ext"][k]] if ramp else [])]
 
+    kinds = [f"n_{kind.replace(' ', '_').replace('-', '_')}" for kind in EVENTS]
+    ways = "farthest_left", "farthest_right", "farthest_up", "farthest_down"
+    errors, ramp = raw.errors(), end_of_ramp(raw)
+    stated = r"error of the contact force in poses of the run, rms \(largest\), relative to max\(\|F\|, 5 kN\):\n  "
     lines = [
         Line(r"vertical displacement (\S+) m\b", "initial Z [m]", lambda w: raw.c["Z"][0]),
-        Line(r"force growing by (\S+) kN/s", "ramp [kN/s]", lambda w: KN*raw.setting("lateral_ramp")) if end_of_ramp(raw) else
-        Line(r"lateral velocity (\S+) m/s", "initial vY [m/s]", lambda w: raw.c["vY"][0]),
-        Line(r"clearance \[mm\]: left (\S+), right (\S+)$", "rigid-axle clearances [mm], of the call",
-             lambda w: (10.18, 16.94), 1e-3),
+        Line(r"clearance \[mm\]: left (\S+), right (\S+)$", "rigid-axle clearances [mm]", lambda w: CLEARANCE, 1e-3),
         Line(r"axle (\S+) m above", "height of the axle at rest [m]", lambda w: raw.setting("axle_height")),
-        Line(r"(\S+) mm lower than with rigid contacts,\s", "sinking of the axle at rest [mm]",
-             lambda w: MM*np.mean([raw.overlap(c, 0, at_rest=True) for c in ("LT", "RT")]), 5e-3),
+        Line(r"(\S+) mm lower than with rigid contacts,\s", "sinking of the axle at rest [mm]", lambda w: MM*raw.sinking, 5e-3),
         Line(r"(\S+) kN\s+per wheel", "load of a wheel [kN]", lambda w: KN*raw.weight/2),
         Line(r"Y = (\S+) m, Z = (\S+) m, roll =\s+(\S+) rad", "pose at rest [m, m, rad]",
              lambda w: [raw.setting(f"rest_{name}") for name in ("Y", "Z", "roll")]),
         Line(r"\[Hz\]: lateral (\S+), vertical (\S+), roll (\S+)$", "eigenfrequencies [Hz]",
              lambda w: raw.settings("eigenfrequencies")),
-        Line(r"^  t = (\S+) s  ", "times of events [s]: a row stands there", lambda w, m: raw.t[row(m)], often=True),
-        Line(r"^  t = (\S+) s  (?:left|right) flange contact at (\S+) degrees", "events: a flange closes [s], at an angle [deg]",
-             angle, 0.03, often=True),
-        *(Line(rf"^number of events:\n(?:  .*\n)*?  {words} (\d+)$", f"{words}: how often", lambda w, n=n: n, rough(slack))
-          for words, n, slack in (*(one for side in ("left", "right") for one in (
-              (f"{side} wheel lift-off", raw.lift_offs(side[0].upper()), 0.06),
-              (f"{side} wheel landing", raw.lift_offs(side[0].upper(), landings=True), 0.06),
-              (f"{side} flange contact", len(raw.episodes(f"{side[0].upper()}F")), 0.15))),
-              ("centre passage", len(raw.passages()), 0.0), ("left flange over rail", int(end_of_ramp(raw)), 0.0),
-              ("derailment", int(end_of_ramp(raw)), 0.0)) if n),
+        *(Line(rf"^  t = (\S+) s  {kind}" + r" at (\S+) degrees"*("contact" in kind) + r", lateral force (\S+) kN"*ramp + "$",
+               f"events: {kind} [s], angle [deg], lateral force [kN]", partial(event, kind), often=True)
+          for kind, name in zip(EVENTS, kinds, strict=True) if told[name].value),
+        *(Line(rf"^number of events:\n(?:  .*\n)*?  {kind} (\d+)$", f"{kind}: how often", lambda w, name=name: told[name])
+          for kind, name in zip(EVENTS, kinds, strict=True) if told[name].value),
         Line(r"^largest lateral force with an equilibrium \[kN\]: left (\S+), right (\S+)$", "static limits [kN]",
-             lambda w: [KN*raw.setting(f"F_limit_{way}") for way in ("left", "right")]),
+             all_of("F_limit_left", "F_limit_right", scale=KN)),
         Line(r"^farthest \[mm\]: left (\S+) at \S+ s, right (\S+) at \S+ s, up (\S+) at \S+ s, down\s+(\S+) at",
-             "farthest ways [mm]", lambda w: [MM*raw.extreme(column, sign) for column, sign in WAYS[:4]], 1e-3),
+             "farthest ways [mm]", all_of(*ways, scale=MM)),
         Line(r"left \S+ at (\S+) s, right \S+ at (\S+) s, up \S+ at (\S+) s, down\s+\S+ at (\S+) s", "when [s], between rows",
-             lambda w: [raw.t[int((sign*raw.c[column]).argmax())] for column, sign in WAYS[:4]], 0.02),
-        Line(r"^roll \[mrad\]: largest (\S+) at (\S+) s, smallest (\S+) at (\S+) s$", "roll [mrad, s]",
-             lambda w: [x for column, sign in WAYS[4:] for x in (
-                 1e3*raw.extreme(column, sign), raw.t[int((sign*raw.c[column]).argmax())])], 0.02),
+             all_of(*(f"t_{way}" for way in ways))),
+        Line(r"^roll \[mrad\]: largest (\S+) at \S+ s, smallest (\S+) at \S+ s$", "roll [mrad]",
+             all_of("largest_roll", "smallest_roll", scale=1e3)),
+        Line(r"^roll \[mrad\]: largest \S+ at (\S+) s, smallest \S+ at (\S+) s$", "roll [s]",
+             all_of("t_largest_roll", "t_smallest_roll")),
         Line(r"^largest pressure \[GPa\]: (\S+), .F at (\S+) s, y = (\S+) m, z = (\S+) m$", "largest pressure [GPa, s, m, m]",
              lambda w: (1e-9*raw.result("pmax"), *(raw.result(name) for name in ("t_pmax", "pmax_y", "pmax_z")))),
-        Line(r"energy drift \[J\]: (\S+?)(?:,|$)", "largest energy drift [J]", lambda w: raw.drift()[0], 0.06),
+        Line(r"energy drift \[J\]: (\S+?)(?:,|$)", "largest energy drift [J]", all_of("drift")),
+        Line(r"(?:initial kinetic energy|largest work of the lateral force): (\S+)$", "drift over kinetic energy or work",
+             all_of("drift_relative")),
         Line(r"^steps: (\d+) of at most (\S+) s, of which (\d+) were cut; contact evaluations: (\d+)$",
              "steps, the longest [s], cut ones, evaluations",
              lambda w: (raw.result("steps"), raw.setting("dt"), raw.result("cuts"), raw.result("evaluations"))),
-        Line(r"^ended at t = (\S+) s", "end [s]", lambda w: raw.t[-1]),
-        Line(r"\.txt, (\d+) rows", "rows", lambda w: len(raw.t))]
-    lines += [Line(rf"^  {contact} (\S+) at (\S+) s", f"peak force [kN] of the {words} and its time [s]",
-                   lambda w, c=contact: (KN*raw.peak(c)[0], raw.peak(c)[1]))
-              for contact, words in WORDS.items() if raw.peak(contact)[0]]
+        Line(r"^ended at t = (\S+) s", "end [s]", all_of("t")), Line(r"\.txt, (\d+) rows", "rows", all_of("rows")),
+        Line(stated + "  ".join([r"[a-z ]+ (\S+) \((\S+)\)\n"]*len(errors)), "errors of the contact force",
+             lambda w: [x for both in errors.values() for x in both])]
     for contact, words in WORDS.items():
-        if one := raw.impact(contact):
+        if raw.peak(contact)[0]:
+            lines.append(Line(rf"^  {contact} (\S+) at (\S+) s", f"peak force [kN] of the {words} and its time [s]",
+                              lambda w, c=contact: (told[f"peak_N_{c}"].of(KN), told[f"t_peak_{c}"])))
+        if raw.first(contact):
+            names = ("t_first", 1), ("first_peak_N", KN), ("t_first_peak", 1), ("first_duration", 1e3), ("first_impulse", 1)
             lines.append(Line(
                 rf"^  {contact} from (\S+) s, peak (\S+) kN at (\S+) s, lasts (\S+) ms, impulse\s+(\S+) N s$",
-                f"first contact [s, kN, s, ms, N s], {words}", lambda w, one=one, c=contact: (
-                    one["start"], KN*one["peak"], raw.t[raw.first_peak(c)], 1e3*one["duration"], one["impulse"]), 3e-3))
-    lines += [Line(r"^(?:left |right )?contact table: model .* points$", "points of a table", lambda w, m: [], often=True),
-              Line(r"^contact table: \d+ solutions, \d+ found$", "solutions: more where fewer were found", lambda w: [])]
-    errors = raw.errors()
-    stated = r"error of the contact force in poses of the run, rms \(largest\), relative to max\(\|F\|, 5 kN\):\n  "
-    lines += [Line(stated + "  ".join([r"[a-z ]+ (\S+) \((\S+)\)\n"]*len(errors)), "errors of the contact force",
-                   lambda w: [x for both in errors.values() for x in both])]
-    if end_of_ramp(raw):
-        lines += [Line(r"^a wheel lifts for good: (\S+) s, lateral force (\S+) kN$", "lift for good [s, kN]",
-                       lambda w: (raw.result("t_unloaded"), KN*last_load(raw)), 2e-3),
-                  Line(r"^derailment: (\S+) s, lateral force (\S+) kN$", "derailment [s, kN]",
-                       lambda w: (raw.t[-1], KN*raw.c["F_ext"][-1]), 5e-4),
-                  Line(r"largest work of the lateral force: (\S+)$", "drift over the work", lambda w: raw.drift()[1], 0.06)]
-        lines.append(Line(r"^  t = (\S+) s .*, lateral force (\S+) kN", "events: lateral force [kN]",
-                          lambda w, m: (raw.t[row(m)], KN*raw.c["F_ext"][row(m)]), often=True))
-    else:
-        lines.append(Line(r"^back at the centre after turning back on both sides: (\S+) s$", "return [s]",
-                          lambda w: raw.passages()[-1]))
-        lines.append(Line(r"initial kinetic energy: (\S+)", "drift over kinetic energy", lambda w: raw.drift()[1], 0.06))
-    return lines, [CRC, r"first 5 events", r"^processor time .*$"]
+                f"first contact [s, kN, s, ms, N s], {words}",
+                lambda w, c=contact, names=names: [told[f"{name}_{c}"].of(scale) for name, scale in names]))
+    if ramp:
+        return [*lines, Line(r"force growing by (\S+) kN/s", "ramp [kN/s]", lambda w: KN*raw.setting("lateral_ramp")),
+                Line(r"^a wheel lifts for good: (\S+) s, lateral force (\S+) kN$", "lift for good [s, kN]",
+                     lambda w: (told["t_unloaded"], told["F_unloaded"].of(KN))),
+                Line(r"^derailment: (\S+) s, lateral force (\S+) kN$", "derailment [s, kN]",
+                     lambda w: (told["t_derailment"], told["F_derailment"].of(KN)))]
+    return [*lines, Line(r"lateral velocity (\S+) m/s", "initial vY [m/s]", lambda w: raw.c["vY"][0]),
+            Line(r"^back at the centre after turning back on both sides: (\S+) s$", "return [s]", all_of("t_return"))]
 
 
+# Of the contact table and of the processor, not of the run.
+SUMMARY_LABELS = [r"CRC-32 [0-9A-F]{8}", r"first 5 events", r"^processor time .*$",
+                  r"^(?:left |right )?contact table: model .* points$", r"^contact table: \d+ solutions, \d+ found$"]
+EVENTS = (*(f"{side} {kind}" for kind in ("wheel lift-off", "wheel landing", "flange contact", "flange over rail")
+            for side in ("left", "right")), "centre passage", "derailment")
+CLEARANCE = 10.18, 16.94        # of the rigid axle to the left and to the right, of the call [mm]
 CRC = r"CRC-32 [0-9A-F]{8}"     # test_profiles
 
-
-# Other tables of results -------------------------------------------------------------------
 
 def first_touch(raw: Raw, contact: str) -> float:
     """When a flange is first touched, by a force or an impact: where the row before is."""
@@ -289,76 +267,72 @@ def first_touch(raw: Raw, contact: str) -> float:
     return raw.t[k if blows[k] > 0 else k - 1] if touched.any() else np.inf
 
 
-def in_results(raw: Raw) -> dict[str, tuple[float, float, float] | None]:
-    """The entries of &results, each with a share and an absolute error; None for what rows do not tell."""
-    ramp = end_of_ramp(raw)
-    found: dict[str, tuple[float, float, float] | None] = {
-        "t": (raw.t[-1], 1e-9, 0), "rows": (len(raw.t), 0, 0), "step": (raw.setting("dt"), 1e-12, 0),
-        "drift": (raw.drift()[0], 0.06, 0),
-        "kinetic_energy": (sum(raw.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll")), 1e-8, 1e-9),
-        "steps": None, "cuts": None, "missed": None, "evaluations": None,     # of the integration, not of rows
-        "n_left_wheel_lift_off": (raw.lift_offs("L"), 0.06, 0), "n_right_wheel_lift_off": (raw.lift_offs("R"), 0, 0),
-        "n_left_wheel_landing": (raw.lift_offs("L", landings=True), 0.06, 0),
-        "n_right_wheel_landing": (raw.lift_offs("R", landings=True), 0, 0),
-        "n_left_flange_contact": (len(raw.episodes("LF")), 0.15, 0), "n_right_flange_contact": (len(raw.episodes("RF")), 0, 0),
-        "n_centre_passage": (len(raw.passages()), 0, 0), "n_left_flange_over_rail": (int(ramp), 0, 0),
-        "n_right_flange_over_rail": (0, 0, 0), "n_derailment": (int(ramp), 0, 0)}
+# Results ------------------------------------------------------------------------------------
+
+# What no row tells: the run's file has it, and tests of the physics and of the validation compare it with other computations.
+BEYOND_ROWS = "steps", "cuts", "missed", "evaluations", "pmax", "t_pmax", "pmax_y", "pmax_z", "t_drift"
+
+
+@cache
+def known(raw: Raw) -> dict[str, Known]:
+    """What rows tell of the results of a run, and what the core knew before it, SI."""
+    ramp, (drift, relative), (left, right) = end_of_ramp(raw), raw.drift(), (raw.lift_offs(side) for side in "LR")
+    kinetic = sum(raw.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll"))
+    carries = np.flatnonzero(raw.c["N_RT"] + raw.c["N_RF"] > 0)[-1]      # the right wheel, for the last time
+    passed = [*raw.passages()]
+    found = {
+        "t": Known(raw.t[-1], 1e-9), "rows": Known(len(raw.t)), "step": Known(raw.setting("dt")), "drift": Known(drift, 0.06),
+        "kinetic_energy": Known(kinetic, 1e-8, 1e-9), "drift_relative": Known(relative, 0.06),
+        "drift_reference": Known(kinetic or np.abs(raw.c["W_ext"]).max(), 1e-6),
+        # Rows of a ramp miss short contacts.
+        "n_left_flange_contact": Known(len(raw.episodes("LF")), 0.15*ramp),
+        "n_right_flange_contact": Known(len(raw.episodes("RF"))), "n_left_wheel_lift_off": Known(left, 0.06*ramp),
+        "n_right_wheel_lift_off": Known(right),
+        "n_left_wheel_landing": Known(raw.lift_offs("L", landings=True), 0.06*ramp),
+        "n_right_wheel_landing": Known(raw.lift_offs("R", landings=True)), "n_centre_passage": Known(len(passed)),
+        "n_left_flange_over_rail": Known(int(ramp)), "n_right_flange_over_rail": Known(0), "n_derailment": Known(int(ramp)),
+        "t_first_centre": Known(passed[0] if passed else None, 1e-6), "t_return": Known(passed[-1] if passed else None, 1e-6),
+        "t_derailment": Known(raw.t[-1] if ramp else None, 5e-4),
+        "F_derailment": Known(raw.c["F_ext"][-1] if ramp else None, 5e-4),
+        "F_unloaded": Known(raw.c["F_ext"][carries] if ramp else None, 2e-3),
+        "t_unloaded": Known(raw.t[carries] if ramp else None, 2e-3),
+        **{f"F_limit_{way}": Known(raw.setting(f"F_limit_{way}")) for way in ("left", "right")}}      # quasistatic
     for contact in WORDS:
         n, t = raw.peak(contact)
-        found |= {f"peak_N_{contact}": (n, 1e-8, 0), f"t_peak_{contact}": (t, 1e-8, 0)}
-    for contact in WORDS:
-        if one := raw.impact(contact):
-            found |= {f"t_first_{contact}": (one["start"], 1e-8, 1e-9), f"first_peak_N_{contact}": (one["peak"], 1e-8, 0),
-                      f"t_first_peak_{contact}": (raw.t[raw.first_peak(contact)], 1e-8, 0),
-                      f"first_duration_{contact}": (one["duration"], 1e-4, 0),
-                      f"first_impulse_{contact}": (one["impulse"], 3e-3, 0)}
-            if contact[1] == "F":
-                found |= {f"{name}_{contact}": None for name in ("pmax", "patch", "approach")}       # test_summary_csv
-                found[f"turn_impulse_{contact}"] = raw.turned(contact), 3e-3, 0
+        found |= {f"peak_N_{contact}": Known(n), f"t_peak_{contact}": Known(t)}
+        one, k = raw.impact(contact), raw.first_peak(contact)
+        found |= {f"t_first_{contact}": Known(one.get("start"), 1e-8, 1e-9), f"first_peak_N_{contact}": Known(one.get("peak")),
+                  f"t_first_peak_{contact}": Known(None if k is None else raw.t[k]),
+                  f"first_duration_{contact}": Known(one.get("duration"), 1e-4),
+                  f"first_impulse_{contact}": Known(one.get("impulse"), 3e-3),
+                  f"approach_{contact}": Known(raw.overlap(contact, k) if k is not None and contact[1] == "F" else None, 4e-3)}
+        if one and contact[1] == "F":
+            found[f"turn_impulse_{contact}"] = Known(raw.turned(contact), 3e-3)
     for name, (column, sign) in zip(("farthest_left", "farthest_right", "farthest_up", "farthest_down", "largest_roll",
                                      "smallest_roll"), WAYS, strict=True):
-        found[name] = raw.extreme(column, sign), 1e-3, 1e-7
-        found[f"t_{name}"] = raw.t[int((sign*raw.c[column]).argmax())], 0, 1e-3
-    # test_pressure of the physics, and section pressure of the validation
-    found |= dict.fromkeys(("pmax", "pmax_contact", "t_pmax", "pmax_y", "pmax_z", "t_drift"))
-    found |= {"drift_reference": (float(np.abs(raw.c["W_ext"]).max()) if ramp else found["kinetic_energy"][0], 1e-6, 0),
-              "drift_relative": (raw.drift()[1], 0.06, 0)}
-    if ramp:
-        found |= {"t_derailment": (raw.t[-1], 5e-4, 0), "F_derailment": (raw.c["F_ext"][-1], 5e-4, 0),
-                  "F_unloaded": (last_load(raw), 2e-3, 0), "t_unloaded": (last_load(raw)/raw.setting("lateral_ramp"), 2e-3, 0)}
-    else:
-        found |= {"t_first_centre": (raw.passages()[0], 1e-6, 0), "t_return": (raw.passages()[-1], 1e-6, 0)}
+        found[name] = Known(raw.extreme(column, sign), 1e-3, 1e-7)
+        found[f"t_{name}"] = Known(raw.t[int((sign*raw.c[column]).argmax())], 0.0, 1e-3)
     return found
 
 
-CSV_WORDS = {"case", "of", "exercise", "profiles", "model", "steps", "end", "pmax_contact"}
+SI_UNITS = {"t": "s", "first_duration": "s", "step": "s", "F": "N", "peak_N": "N", "first_peak_N": "N", "first_impulse": "N.s",
+            "turn_impulse": "N.s", "farthest": "m", "approach": "m", "pmax_y": "m", "pmax_z": "m", "pmax": "Pa", "patch": "m2",
+            "drift_relative": "", "drift": "J", "kinetic_energy": "J", "largest_roll": "rad", "smallest_roll": "rad"}
 
 
-def in_csv(raw: Raw, key: str) -> tuple[float | None, str, float]:
-    """A cell of summary.csv in SI: number, unit, error as a share."""
-    if key in RESULTS:
-        one = RESULTS[key]
-        shown = re.search(r"\[(.*)\]", one.words)
-        unit = shown[1] if shown else ""
-        unit = {"kN": "N", "mm": "m", "ms": "s", "µs": "s", "mrad": "rad", "MPa": "Pa", "N·s": "N.s"}.get(unit, unit)
-        rough = {"n_left_flange_contact", "n_left_wheel_lift_off", "t_derailment", "F_derailment", "F_unloaded"} if end_of_ramp(
-            raw) else set()
-        slack = one.slack if key in rough or key.startswith(("drift", "approach")) else max(one.slack, 1e-3)
-        return one.truth(raw), unit, slack
-    contact = key.rpartition("_")[2]
-    k = raw.first_peak(contact) if contact in WORDS else None
-    if key.startswith("t_peak_"):
-        return raw.peak(contact)[1] or None, "s", 1e-6
-    if key == "t_pmax":
-        return raw.result("t_pmax"), "s", 1e-9
-    if key == "t_unloaded":
-        return raw.result("t_unloaded") if end_of_ramp(raw) else None, "s", 1e-9
-    if key.startswith("t_first_peak_"):
-        return None if k is None else raw.t[k], "s", 1e-6
-    if key == "drift_reference":
-        kinetic = sum(raw.c[f"KE_{part}"][0] for part in ("lat", "vert", "roll"))
-        return kinetic or np.abs(raw.c["W_ext"]).max(), "J", 1e-6
-    raise AssertionError(f"nobody knows the column {key} of summary.csv")
+def unit_of(key: str) -> str:
+    """The unit of a result in files, in brackets behind its name."""
+    unit = next((unit for name, unit in SI_UNITS.items() if f"{key}_".startswith(f"{name}_")), "")
+    return f" [{unit}]" if unit else ""
+
+
+def patches(raw: Raw, contact: str, k: int, pressure: float, area: float) -> tuple[Known, Known]:
+    """Largest pressure and area of a patch [Pa, m2] go with the force and the overlap of its contact, and with each other, as in
+    Hertz's theory: the force is nearly 2/3 of pressure times area, and a circle of that area has 2 E* / pi times the overlap for
+    radius times pressure."""
+    stiffness = raw.setting("youngs_modulus")/(1 - raw.setting("poisson")**2)/np.pi
+    radius = 1.27*raw.overlap(contact, k)*stiffness/pressure
+    return Known(raw.c[f"N_{contact}"][k]/area/FULLNESS[0], FULLNESS[1]/FULLNESS[0]), Known(np.pi*radius**2, 0.17)
 
 
 # Pages of a run ----------------------------------------------------------------------------
@@ -371,30 +345,22 @@ def pictured(raw: Raw) -> list[int]:
 
 
 # Labels of pages of a run.
-PAGE_LABELS = [CRC, r"^Exercise \d, |(?<!^)Exercise \d, actual", r"ldbench \d\.\d\.\d", r"Nadal, friction (?:0\.3|0)",
-               r"friction 0 and 0\.3", r"at Y = 0; Φ > 0", r"longest of an instant is 40 mm",
-               r"^(?:left|right): .*$"]      # test_page_of_impacts
+PAGE_LABELS = [r"CRC-32\s+[0-9A-F]{8}", r"^Exercise \d, |(?<!^)Exercise\s+\d, actual", r"ldbench\s+\d\.\d\.\d",
+               r"Nadal, friction (?:0\.3|0)", r"friction\s+0\s+and\s+0\.3", r"at\s+Y\s+=\s+0; Φ\s+>\s+0",
+               r"longest\s+of\s+an\s+instant\s+is\s+40\s+mm"]
 IMPACT = r"^(?:left|right) flange {n} s {n} ms {n} kN {n}° {n} kN·s {n} J {n} → {n} J {n} → {n} J {n} → {n} J".format(n=r"(\S+)")
 
 
-def row_of_impacts(raw: Raw) -> Callable[[Any, Any], list[float]]:
-    def truth(_: Any, match: Any) -> list[float]:
-        """The numbers are those of the contact of this flange that begins nearest."""
-        contact = f"{match[0][0].upper()}F"
-        ones = [raw.exchange(contact, rows) for rows in raw.episodes(contact)]
-        one = min(ones, key=lambda one: abs(one["start"] - float(match[1])))
-        found = [one["start"], 1e3*one["duration"], KN*one["peak"], DEG*one["angle"], KN*one["impulse"], one["elastic"],
-                 *(one[f"{part}_{when}"] for part in ("lat", "vert", "roll") for when in ("before", "after"))]
-        if not end_of_ramp(raw) or one["start"] == raw.start(contact):
-            return found
-        # Later ones of a ramp open between its rows, which are a millisecond apart; energies turn within one.
-        rough = 0.05, 0.2, 0.0, 0.0, 0.05, *[np.inf]*7
-        return [float(shown) if abs(x - float(shown)) <= share*x else x
-                for x, shown, share in zip(found, match.groups(), rough, strict=True)]
-    return truth
+def impact_of(raw: Raw, match: Any) -> list[Any]:
+    """The numbers of the contact of a flange that begins nearest."""
+    contact = f"{match[0][0].upper()}F"
+    ones = [raw.exchange(contact, rows) for rows in raw.episodes(contact)]
+    one = min(ones, key=lambda one: abs(one["start"] - float(match[1])))
+    return [one["start"], Known(1e3*one["duration"], 1e-4), KN*one["peak"], DEG*one["angle"], Known(KN*one["impulse"], 3e-3),
+            one["elastic"], *(one[f"{part}_{when}"] for part in ("lat", "vert", "roll") for when in ("before", "after"))]
 
 
-def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
+def words_of_a_page(raw: Raw, text: str) -> list[Line]:
     """Words of a page of a run: settings of the case, and numbers from the rows."""
     ramp = end_of_ramp(raw)
     first = {contact: raw.first_peak(contact) for contact in ("LF", "RF")}
@@ -422,7 +388,7 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
                                  lambda w: raw.settings("eigenfrequencies")),
         "steepest": Line(r"flange, (\S+)°", "steepest angle of the flange [deg]", lambda w: DEG*flange_slope()),
         "impulse ∫": Line(IMPACT, "impacts: begin [s], duration [ms], peak [kN], angle [deg], impulse [kN s], energies [J]",
-                          row_of_impacts(raw), often=True),
+                          lambda w, m: impact_of(raw, m), often=True),
         "first contact of the left flange, at": Line(r"t = (\S+) s: first contact of the left flange", "picture [s]",
                                                      lambda w: raw.t[first["LF"]]),
         "first contact of the right flange, at": Line(r"t = (\S+) s: first contact of the right flange", "picture [s]",
@@ -430,19 +396,19 @@ def words_of_a_page(raw: Raw, text: str) -> tuple[list[Line], list[str]]:
         "s: hardest contact of": Line(r"t = (\S+) s: hardest contact of the left flange", "picture [s]",
                                                      lambda w: raw.peak("LF")[1], 2e-4),
         "the first 6": Line(r"the first 6 of (\d+)", "contacts of flanges", lambda w: len(raw.episodes("LF")), 0.02),
-        "computed again": Line(r"row at t = (\S+) s, with rows every\s+(\S+) µs", "a row [s], interval [µs]: nearest row",
-                               lambda w, m: (raw.t[np.abs(raw.t - float(m[1])).argmin()], 20), often=True),
+        "computed again": Line(
+            r"row at t = (\S+) s, with rows every\s+(\S+) µs", "a row 9 ms before the contact [s], interval [µs]",
+            lambda w: (Known((raw.peak("LF")[1] if "hardest" in flat else raw.start("LF")) - 9e-3, 0.0, 5e-4), 20)),
         "largest; approach": Line(r"largest; approach (\S+) mm", "approach [mm] at the peak of the first or the hardest contact",
                                    lambda w: MM*raw.overlap("LF", int(raw.c["N_LF"].argmax()) if "): hardest" in flat else
                                                             first["LF"]), 4e-3)}
-    own = [line if "^" in line.pattern else line._replace(pattern=line.pattern.replace(" ", r"\s+"))
-           for words, line in lines.items() if words in flat]
-    return own, [label if "^" in label else label.replace(" ", r"\s+") for label in PAGE_LABELS]
+    return [line if "^" in line.pattern else line._replace(pattern=line.pattern.replace(" ", r"\s+"))
+            for words, line in lines.items() if words in flat]
 
 
 ABSTRACT = [
     Line(r"left ([\d.]+), right ([\d.]+) mm for", "clearances to the left and to the right [mm]",
-         lambda w: (10.18, 16.94), 1e-3),
+         lambda w: CLEARANCE, 1e-3),
     Line(r"contact of (\S+) to (\S+) ms", "shortest and longest first contact [ms]",
          lambda w: [1e3*w.thrown.impact("LF")["duration"]]*2),
     Line(r"At (\S+) m/s the inclined", "initial velocity [m/s]", lambda w: w.thrown.c["vY"][0]),
@@ -479,7 +445,7 @@ ABSTRACT = [
     Line(r"at most (\d+) µs long in exercises", "largest step [µs]", lambda w: 1e6*w.thrown.setting("dt")),
     Line(r"at most (\d+) µs long in exercise 5", "largest step, exercise 5 [µs]", lambda w: 1e6*w.pushed.setting("dt")),
     Line(r"mean step \[µs\] (\S+) (\S+)", "mean step [µs]", lambda w: tuple(
-        1e6*raw.t[-1]/int(raw.text.split("#   steps = ")[1].split()[0]) for raw in (w.thrown, w.pushed))),
+        1e6*raw.t[-1]/raw.result("steps") for raw in (w.thrown, w.pushed))),
     Line(r"profiles \(right\), flange (\S+) kN at (\S+)°", "picture: force [kN], angle [deg] at the peak of the first contact",
          lambda w: (KN*w.thrown.impact("LF")["peak"], DEG*w.thrown.impact("LF")["angle"]))]
 

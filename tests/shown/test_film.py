@@ -47,44 +47,6 @@ def words(picture: Picture, t: float) -> list[str]:
     return still + [words for _, words, _, _ in picture.words(t)]
 
 
-def test_one_run(world: World):
-    """The clock, the pose, curves, below each close-up the forces of the wheel that it shows, and arrows with their scale."""
-    raw = world.thrown
-    picture = drawn(world.run("ex2_aw"), end=raw.t[-1])
-    for name, ax in picture.charts.items():
-        line = next(line for line in ax.get_lines() if line.get_label().endswith(WORDS.get(name[2:], "Y")))
-        assert ("mm" if name == "Y" else "kN") in ax.get_ylabel() + ax.get_title(loc="left")
-        np.testing.assert_allclose(line.get_ydata(), (MM if name == "Y" else KN)*raw.c[name], rtol=1e-12)
-        np.testing.assert_allclose(line.get_xdata(), 1e3*raw.t, rtol=1e-12)
-    for contact in "LF", "RF":
-        k = raw.first_peak(contact)
-        texts = list(picture.words(raw.t[k]))
-        lines = [Line(r"^ *(\S+) ms   1:1,000$", "time [ms], at the speed asked for", lambda w, k=k: 1e3*raw.t[k]),
-                 Line(r"^Y (\S+) mm,  Z (\S+) mm,  Φ (\S+) mrad", "pose [mm, mm, mrad]",
-                      lambda w, k=k: [1e3*raw.c[name][k] for name in ("Y", "Z", "roll")]),
-                 Line(r"flange (\S+) kN at (\S+)°", "force [kN], angle [deg]",
-                      lambda w, k=k, c=contact: (KN*raw.c[f"N_{c}"][k], DEG*raw.c[f"angle_{c}"][k]))]
-        text = "\n".join(words for _, words, *_ in texts) + "\n" + words_of(picture.figure)
-        assert differing(text, lines, world, [r"^Exercise \d", r"^\d+ (?:mm|kN)$"]) == []
-        below = {}
-        for (x, _), text, *_ in texts[2:]:
-            scene = next(scene for scene in picture.scenes[1:] if scene.ax.get_position().x0 < x < scene.ax.get_position().x1)
-            below["left" if min(scene.ax.get_xlim()) > 0 else "right"] = text
-        side, other = ("left", "right") if contact == "LF" else ("right", "left")
-        assert "flange" in below[side] and "flange" not in below[other]
-        for scene in picture.scenes:
-            list(scene.move(raw.t[k]))
-            unit = np.ptp(scene.scale_arrow.get_xy()[:, 0])/scene.scale_force
-            for (_, name), shape in scene.arrows.items():
-                force = np.hypot(raw.c[f"Fy_{name}"][k], raw.c[f"Fz_{name}"][k])
-                corners = shape.get_xy()
-                assert shape.get_visible() == (force > 0)
-                assert force == 0 or np.hypot(*(corners[0] - (corners[3] + corners[4])/2)) == pytest.approx(unit*force, rel=1e-9)
-            assert {f"{KN*scene.scale_force:g} kN", f"{MM*scene.scale_length:g} mm"} <= set(words(picture, raw.t[k]))
-    # Forces after the film do not count for the scale.
-    assert drawn(world.run("ex2_aw"), end=0.01).scenes[1].scale_force < 0.2*picture.scenes[1].scale_force
-
-
 def at(raw: Raw, t: float, *names: str) -> np.ndarray:
     """Columns at a moment, between rows."""
     return np.array([np.interp(t, raw.t, raw.c[name]) for name in names])
@@ -138,13 +100,36 @@ def comparisons(picture: Picture, t: float) -> dict[str, Compare]:
             "scale": lambda *_: None}
 
 
-@pytest.mark.parametrize("names", [["ex2_aw"], ["ex2_aw", "ex3_aw"]], ids=len)
-def test_everything_that_is_drawn_has_a_name(names: list[str], world: World):
-    """Curves of charts with their legends and units; points, arrows by the scale beside them, wheels and rails of their sides."""
-    raws = {name: world.raw(name) for name in names}
-    picture = drawn(*(world.run(name) for name in names))
-    t = world.thrown.t[world.thrown.first_peak("RF")]
+def words_at(raw: Raw, name: str, k: int) -> list[Line]:
+    """Clock, pose and, below the close-up of its wheel, force and angle of a flange at its peak."""
+    contact = name[-2:]
+    return [Line(r"^ *(\S+) ms   1:1,000$", "time [ms], at the speed asked for", lambda w: 1e3*raw.t[k]),
+            Line(r"^Y (\S+) mm,  Z (\S+) mm,  Φ (\S+) mrad", "pose [mm, mm, mrad]",
+                 lambda w: [1e3*raw.c[column][k] for column in ("Y", "Z", "roll")]),
+            Line(r"flange (\S+) kN at (\S+)°", "force [kN], angle [deg]",
+                 lambda w: (KN*raw.c[f"N_{contact}"][k], DEG*raw.c[f"angle_{contact}"][k]))]
+
+
+@pytest.mark.parametrize(("names", "moment"), [(["ex2_aw"], "LF"), (["ex2_aw"], "RF"), (["ex2_aw", "ex3_aw"], "RF")], ids=str)
+def test_what_is_drawn(names: list[str], moment: str, world: World):
+    """Curves of charts with their legends and units; points, arrows by the scale beside them, wheels and rails of their sides;
+    words of the moment, below the close-up of their wheel; a file of lines and letters has the words of the frame."""
+    raws, k = {name: world.raw(name) for name in names}, world.thrown.first_peak(moment)
+    runs, t = [world.run(name) for name in names], world.thrown.t[k]
+    moving, picture = drawn(*runs), drawn(*runs)
+    frame = words(moving, t)
+    below = {("left" if min(scene.ax.get_xlim()) > 0 else "right"): text for (x, _), text, *_ in [*picture.words(t)][2:]
+             for scene in picture.scenes[1:] if scene.ax.get_position().x0 < x < scene.ax.get_position().x1}
     figure = picture.still_figure(t)
+    assert sorted(text.get_text() for text in figure.findobj(Text) if text.get_text()) == sorted(frame)
+    assert not [artist for artist in figure.findobj() if artist.get_animated() and artist.get_visible()]
+    for scene in picture.scenes:
+        assert {f"{KN*scene.scale_force:g} kN", f"{MM*scene.scale_length:g} mm"} <= set(frame)
+    if len(names) == 1:
+        text = "\n".join([*(words for _, words, *_ in moving.words(t)), words_of(moving.figure)])
+        assert differing(text, words_at(world.thrown, moment, k), world, [r"^Exercise \d", r"^\d+ (?:mm|kN)$"]) == []
+        side, other = ("left", "right") if moment == "LF" else ("right", "left")
+        assert "flange" in below[side] and "flange" not in below[other]
 
     def words_of_run(one: Artist) -> str:
         """A picture of several runs has the words of each in its title."""
@@ -162,10 +147,15 @@ def test_everything_that_is_drawn_has_a_name(names: list[str], world: World):
         for line in (line for line in ax.lines if shown(line).how == "rows"):
             column, label = shown(line).y.partition(" [")[0], ax.get_ylabel() or ax.get_title(loc="left")
             assert COLUMNS[line.get_label()][0] == column and line.get_label().startswith(label.partition(" [")[0])
-    assert walk(figure, comparisons(picture, t), None, raws, says, words_of_run) > 40
+    assert walk(figure, comparisons(picture, t), None, raws, says, words_of_run, ["outlines"]) > 40
     assert {shown(one).y[-2:] for _, one in artists(figure) if shown(one).how == "force"} == set(WORDS)
     assert [scene.ax.get_title() for scene in picture.scenes] == ["", "left wheel", "right wheel"]
     assert all(np.sign(np.mean(scene.ax.get_xlim())) == side for scene, side in zip(picture.scenes[1:], (1, -1), strict=True))
+
+
+def test_forces_after_the_film_do_not_count_for_the_scale(world: World):
+    run = world.run("ex2_aw")
+    assert drawn(run, end=0.01).scenes[1].scale_force < 0.2*drawn(run, end=world.thrown.t[-1]).scenes[1].scale_force
 
 
 def test_two_runs(world: World):
@@ -208,36 +198,6 @@ def test_a_rail_that_pulls_is_drawn(world: World):
     assert any(text.startswith("tread −") for text in words(picture, 0.005))
 
 
-@pytest.mark.parametrize("moment", [0.0, 0.5])
-def test_a_still_figure_has_the_words_and_points_of_the_frame(moment: float, world: World):
-    """For files of lines and letters: contacts that are open have no point, and nothing is left out as moving."""
-    raw = world.thrown
-    t = float(raw.t[raw.first_peak("LF")]) if moment else 0.0
-    frame = words(drawn(world.run("ex2_aw")), t)
-    picture = drawn(world.run("ex2_aw"))
-    figure = picture.still_figure(t)
-    assert sorted(text.get_text() for text in figure.findobj(Text) if text.get_text()) == sorted(frame)
-    closed = {contact for contact in ("LT", "LF", "RT", "RF") if np.interp(t, raw.t, raw.c[f"N_{contact}"]) > 1}
-    for scene in picture.scenes:
-        side = {0: "LR", 1: "L", -1: "R"}[scene.side]
-        assert {contact for (_, contact), point in scene.points.items() if point.get_visible()} == {
-            contact for contact in closed if contact[0] in side}
-        assert all(np.interp(t, raw.t, raw.c[f"y_{contact}"]) == pytest.approx(point.get_xdata()[0], rel=1e-12)
-                   for (_, contact), point in scene.points.items() if point.get_visible())
-    assert not [artist for artist in figure.findobj() if artist.get_animated() and artist.get_visible()]
-
-
-@pytest.mark.parametrize(("ending", "begins"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
-def test_picture(ending: str, begins: bytes, world: World, tmp_path: Path):
-    """As the ending of the name says, with the same bytes again."""
-    made = []
-    for name in "one", "two":
-        target = tmp_path/f"{name}.{ending}"
-        assert main(["view", str(world.thrown.file), "-o", str(target), "--from", "0.02"]) == 0
-        made.append(target.read_bytes())
-    assert made[0] == made[1] and made[0].startswith(begins)
-
-
 @pytest.mark.parametrize("ending", ["gif", "mp4"])
 def test_file(ending: str, world: World, tmp_path: Path):
     """All frames are in the file, and the wheelset moves."""
@@ -260,22 +220,9 @@ def test_file(ending: str, world: World, tmp_path: Path):
 
 
 @pytest.mark.parametrize(("width", "runs"), [("84mm", 1), ("170mm", 1), ("170mm", 2), ("800px", 2), ("300mm", 1)])
-def test_width_of_a_picture(width: str, runs: int, world: World, tmp_path: Path):
-    """As asked for, in mm or px, in each kind of file; no letters are small, lie on each other or beyond the edge."""
-    files = [str(world.thrown.file), str(world.faster.file)][:runs]
-    number, unit = float(width[:-2]), width[-2:]
-    inches = number/{"mm": 25.4, "px": 96}[unit]
-    for ending in "pdf", "svg", "png":
-        target = tmp_path/f"picture.{ending}"
-        assert main(["view", *files, "-o", str(target), "--from", "0.02", "--width", width]) == 0
-        if ending == "pdf":
-            found = float(PdfReader(target).pages[0].mediabox.width)/72
-        elif ending == "svg":
-            found = float(re.search(r'width="([\d.]+)pt"', target.read_text())[1])/72
-        else:
-            with Image.open(target) as picture:
-                found = picture.width/(300 if unit == "mm" else 96)
-        assert found == pytest.approx(inches, abs=0.01), ending
+def test_letters_of_a_picture(width: str, runs: int, world: World):
+    """No letters are small, lie on each other or beyond the edge."""
+    inches = float(width[:-2])/{"mm": 25.4, "px": 96}[width[-2:]]
     with ldbench_style():
         figure = Picture([world.run(name) for name in ("ex2_aw", "ex3_aw")[:runs]], 0.0, 0.1, None, None, inches).still_figure(0.02)
         renderer = FigureCanvasAgg(figure).get_renderer()
@@ -289,6 +236,27 @@ def test_width_of_a_picture(width: str, runs: int, world: World, tmp_path: Path)
     for one, box in zip(own, boxes, strict=True):
         assert -1 <= box.x0 and box.x1 <= figure.bbox.width + 1 and 0 <= box.y0 and box.y1 <= figure.bbox.height, one
         assert not [other for other, far in zip(own, boxes, strict=True) if other is not one and box.overlaps(far)], one
+
+
+@pytest.mark.parametrize(("width", "ending", "begins"), [
+    ("300mm", "pdf", b"%PDF"), ("84mm", "svg", b"<?xml"), ("300mm", "png", b"\x89PNG"), ("800px", "png", b"\x89PNG")])
+def test_picture(width: str, ending: str, begins: bytes, world: World, tmp_path: Path):
+    """As wide as asked for, as the ending of the name says, with the same bytes again."""
+    made = []
+    for name in ("one", "two") if ending != "png" else ("one",):
+        target = tmp_path/f"{name}.{ending}"
+        assert main(["view", str(world.thrown.file), "-o", str(target), "--from", "0.02", "--width", width]) == 0
+        made.append(target.read_bytes())
+    assert made[0] == made[-1] and made[0].startswith(begins)
+    number, unit = float(width[:-2]), width[-2:]
+    if ending == "pdf":
+        found = float(PdfReader(target).pages[0].mediabox.width)/72
+    elif ending == "svg":
+        found = float(re.search(r'width="([\d.]+)pt"', target.read_text())[1])/72
+    else:
+        with Image.open(target) as picture:
+            found = picture.width/(300 if unit == "mm" else 96)
+    assert found == pytest.approx(number/{"mm": 25.4, "px": 96}[unit], abs=0.01)
 
 
 @pytest.mark.parametrize("words", ["170", "170cm", "9mm", "mm", "-170mm", "1e9px"])

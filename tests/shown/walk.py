@@ -2,20 +2,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import Collection
+from matplotlib.collections import Collection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.quiver import Quiver
+from matplotlib.patches import Rectangle
 
 from ldbench.plots.named import Shown
 from named_artists import artists, shown
-from table import COLOURS, WORDS
+from table import AXES, COLOURS, CURVES, WORDS
 
 Compare = Callable[[Any, Axes, Any], None]      # of a source of numbers, the axes and an artist
 Says = Callable[[str, Shown, Any], bool]        # whether a label fits what an artist shows of a source
@@ -30,9 +31,10 @@ def label_of(artist: Artist) -> str:
 
 
 def walk(figure: Figure, compared: Mapping[str, Compare], source: Any, others: Mapping[str, Any] | None = None,
-         says: Says | None = None, label: Callable[[Artist], str] = label_of) -> int:
+         says: Says | None = None, label: Callable[[Artist], str] = label_of, cut: Sequence[str] = ()) -> int:
     """Compare all artists of a page; how many there are. others: sources by the names of what artists are of. label: the words of
-    an artist in legends."""
+    an artist in legends. cut: labels of axes whose curves may have points that nobody sees; "outlines"; "legends" that are no list
+    of looks."""
     found = artists(figure)
     for ax, one in found:
         assert "shown" in vars(one), f"nobody says what {one} shows"
@@ -41,9 +43,55 @@ def walk(figure: Figure, compared: Mapping[str, Compare], source: Any, others: M
             compared[names.how](own := (others or {}).get(names.of, source), ax, one)
             words = label(one)
             assert says is None or not words or says(words, names, own), (words, names)
-    check_legends(figure, label)
-    check_units(figure)
+    if "legends" not in cut:
+        check_legends(figure, label)
+        check_units(figure)
+    check_axes(figure)
+    check_inside(figure, cut)
     return len(found)
+
+
+def points_of(artist: Artist) -> np.ndarray:
+    """The points of a curve, the corners of a band or of a bar."""
+    if isinstance(artist, Line2D):
+        return np.asarray(artist.get_xydata(), float)
+    if isinstance(artist, Rectangle):
+        return np.array([artist.get_xy(), np.add(artist.get_xy(), [artist.get_width(), artist.get_height()])])
+    return np.vstack([path.vertices for path in artist.get_paths()] or [np.zeros((0, 2))])
+
+
+def check_inside(figure: Figure, cut: Sequence[str]) -> None:
+    """Every finite point of a curve, a band or a bar lies inside its axes, of a curve over time between the ends of its window;
+    the base of a bar is on no logarithmic axis."""
+    for ax, one in artists(figure):
+        names, words = shown(one), " ".join(ax.get_ylabel().split())
+        drawn = isinstance(one, PolyCollection | Rectangle) or (isinstance(one, Line2D) and one.get_transform() == ax.transData)
+        if not drawn or not ax.axison or words in cut or (names.how == "outline" and "outlines" in cut):
+            continue
+        points = points_of(one)
+        points = points[np.isfinite(points).all(axis=1)]
+        for k, (ends, scale) in enumerate(((ax.get_xlim(), ax.get_xscale()), (ax.get_ylim(), ax.get_yscale()))):
+            low, high = sorted(ends)
+            inside = (points[:, k] >= low - 1e-6*(high - low)) & (points[:, k] <= high + 1e-6*(high - low))
+            window = k == 0 and names.x.startswith("time")
+            base = isinstance(one, Rectangle) and scale == "log"
+            seen = inside | (base & (points[:, k] == 0))
+            assert window or seen.all(), f"{names}: points beyond {low:g} to {high:g} of {words!r}"
+            points = points[inside]
+
+
+def check_axes(figure: Figure) -> None:
+    """The words of axes say what they show, and so do those of a curve in a legend of its own axes."""
+    for ax, one in artists(figure):
+        names = shown(one)
+        if names.how in UNITLESS:
+            continue
+        for words, name in ((ax.get_ylabel(), names.y), (ax.get_xlabel(), names.x)):
+            words = " ".join(words.split())
+            if name and words in AXES:
+                assert name.startswith(AXES[words]), (words, names)
+                expected = CURVES.get(words, {})
+                assert label_of(one) not in expected or names.how != "rows" or expected[label_of(one)] == name, (words, names)
 
 
 def check_units(figure: Figure) -> None:
@@ -95,13 +143,3 @@ def check_legends(figure: Figure, label: Callable[[Artist], str] = label_of) -> 
                          (shown(line).y, shown(line).of) == (shown(one).y, shown(one).of))
             colour = one.get_color() if isinstance(one, Line2D) else one.get_facecolor()[0]
             assert to_rgba(colour)[:3] == to_rgba(curve.get_color())[:3], shown(one)
-
-
-def check_labels(ax: Axes, expected: Mapping[str, str], words: str) -> None:
-    """Each curve shows what its words say, under an axis of its unit."""
-    for one in (*ax.lines, *ax.collections):
-        if shown(one).how in ("rows", "range", "mean", "solved", "spectrum") and not isinstance(one, Quiver):
-            label = "" if one.get_label().startswith("_") else one.get_label()
-            if shown(one).how == "rows" and label and "" not in expected:
-                assert expected[label] == shown(one).y, (words, label)
-            assert shown(one).y in expected.values(), (words, shown(one))

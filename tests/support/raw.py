@@ -29,7 +29,8 @@ class Raw:
         self.c = dict(zip(names.split(), rows.T, strict=True))
         self.t = self.c["time"]
         self.rounding = 1e-9        # share by which what is drawn from this file may differ from its numbers
-        self.head = self.text[:self.text.index("# &results")]
+        told = "\n".join(line for line in lines if line.startswith("#"))
+        self.head, _, self.results = told.partition("# &results")      # before the rows or behind them
 
     def setting(self, name: str) -> float:
         """A number of the namelist."""
@@ -42,11 +43,16 @@ class Raw:
     def errors(self) -> dict[str, tuple[float, float]]:
         """Errors of the contact force, rms and largest, by place."""
         return {place: (float(rms), float(largest)) for place, rms, largest in re.findall(
-            r"^#   table_error_(\w+) = ([^,!\n]+), ([^!\n]+)", self.text, re.MULTILINE)}
+            r"^#   table_error_(\w+) = ([^,!\n]+), ([^!\n]+)", self.results, re.MULTILINE)}
 
     @cached_property
     def weight(self) -> float:
         return self.setting("mass")*GRAVITY + self.setting("vertical_load")
+
+    @cached_property
+    def sinking(self) -> float:
+        """How far wheels and rails at rest overlap."""
+        return float(np.mean([self.overlap(c, 0, at_rest=True) for c in ("LT", "RT")]))
 
     def peak(self, contact: str) -> tuple[float, float]:
         """The largest normal force and its time."""
@@ -104,14 +110,14 @@ class Raw:
     def events(self) -> list[tuple[float, str, dict[str, float]]]:
         """Time, kind and other numbers of each event in the results of the file."""
         found: dict[int, dict[str, str]] = {}
-        for k, name, text in re.findall(r"event\((\d+)\)%(\w+) = ('[^']*'|[^,\s]+)", self.text):
+        for k, name, text in re.findall(r"event\((\d+)\)%(\w+) = ('[^']*'|[^,\s]+)", self.results):
             found.setdefault(int(k), {})[name] = text
         return [(float(one.pop("t")), one.pop("kind").strip("'"), {name: float(x) for name, x in one.items() if name != "cause"})
                 for one in found.values()]
 
     def result(self, name: str) -> float:
         """A number of &results that rows do not tell."""
-        return float(re.search(rf"^#   {name} = (\S+)", self.text[len(self.head):], re.MULTILINE)[1])
+        return float(re.search(rf"^#   {name} = (\S+)", self.results, re.MULTILINE)[1])
 
     def loads(self, side: str) -> np.ndarray:
         """Vertical force on a wheel."""
@@ -127,6 +133,19 @@ class Raw:
         """How often a wheel leaves its rail, or comes down on it."""
         closed = self.c[f"N_{side}T"] + self.c[f"N_{side}F"] > 0
         return int(np.sum((closed[:-1] != closed[1:]) & (closed[1:] == landings)))
+
+    def changes(self, kind: str) -> np.ndarray:
+        """When the rows show an event of a kind: a flange closes, a wheel leaves its rail or comes down on it, the wheelset passes
+        the centre; any row of other kinds."""
+        if kind == "centre passage":
+            return self.passages()
+        side = kind[0].upper()
+        if not kind.endswith(("flange contact", "wheel lift-off", "wheel landing")):
+            return self.t
+        closed = self.c[f"N_{side}F"] + (0 if "flange" in kind else self.c[f"N_{side}T"]) > 0
+        way = closed[1:] < closed[:-1] if "lift" in kind else closed[1:] > closed[:-1]
+        # The row of an event is the last one before it or the first one after it.
+        return np.unique([self.t[:-1][way], self.t[1:][way]])
 
     def passages(self) -> np.ndarray:
         """When the wheelset passes the centre, by straight lines between rows."""

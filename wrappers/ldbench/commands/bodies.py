@@ -50,7 +50,7 @@ def main(args: argparse.Namespace) -> int:
     bodies.write(args.output, found)
     ratios = [{f"{one} on {other}": body.over_halfspace(*np.radians([one, other])) for one, other in PLACES} for body in found]
     if args.json:
-        print_json({"file": args.output, "bodies": [
+        print_json({"file": str(args.output), "bodies": [
             {"kind": body.kind, "profile": body.profile, "support": body.support, "nodes": body.nodes, "strips": len(body.middles),
              "influence over half-space": ratio} for body, ratio in zip(found, ratios, strict=True)]})
         return 0

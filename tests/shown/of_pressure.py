@@ -1,4 +1,4 @@
-"""The picture of pressures: each part says what it shows, and is that."""
+"""What the picture of pressures shows: each part says what it is, and is that."""
 from __future__ import annotations
 
 import re
@@ -8,15 +8,12 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from ldbench.geometry.pressures import run_patches
 from ldbench.plots.named import Shown
-from ldbench.plots.pressure_page import pressure_page
-from ldbench.plots.style import ldbench_style
 from named_artists import all_named, artists, shown
 from probes import gaps, left_rail, left_wheel, turned
 from raw import PAIR, Raw
 from specimen import World
-from table import FULLNESS, MM, PRESSED
+from table import FULLNESS, MM
 
 NAMES = {"pressure", "pressure.contours", "hertz", "cut.x", "cut.s", "hertz.x", "hertz.s", "section.rail", "section.wheel",
          "section.pressure", "section.pressed"}
@@ -57,15 +54,10 @@ def check_section(parts: dict[str, object], raw: Raw, k: int, contact: str) -> N
     assert ahead.max() == pytest.approx(7e-3, rel=0.1) and ahead.min() > -2e-3      # the rail presses into the wheel
 
 
-@pytest.mark.parametrize("contact", PRESSED)
-def test_every_part_of_the_picture(contact: str, world: World):
+def check_pressure(world: World, contact: str, figure: Figure) -> None:
     """Against the columns and the profile files; the area and the force leave the largest pressure no room."""
-    raw = world.thrown
-    k = raw.first_peak(contact)
-    run = world.run("ex2_aw")
-    with ldbench_style():
-        figure = pressure_page(run, int(k), run_patches(run, int(k), [contact]))
-        figure.draw_without_rendering()
+    raw, k = world.thrown, world.thrown.first_peak(contact)
+    figure.draw_without_rendering()
     parts, (surface, cuts, section, _) = named_parts(figure, contact), figure.axes
     assert (surface.get_xlabel(), surface.get_ylabel()) == ("x along the rail [mm]", "s along the profile [mm]")
     assert (cuts.get_xlabel(), cuts.get_ylabel()) == ("from the largest approach [mm]", "pressure [MPa]")

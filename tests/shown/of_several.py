@@ -1,62 +1,32 @@
-"""The figures of the abstract and the pages of several runs: every artist says what it shows, and shows that."""
+"""What pages of several runs show, of the abstract, of formulations and of the study, held against the rows of column files."""
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
+from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from invented import invented_run
-from ldbench.plots.figures import contact_figure, derailment_figure, impact_figure, motion_figure, overview_figures
+from commands import rms_of, study
 from ldbench.plots.named import Shown
-from ldbench.plots.style import ldbench_style
 from named_artists import shown
-from of_runs import COMPARED, FACTORS, compare, reading
-from raw import Raw
+from of_runs import COMPARED, FACTORS, reading
+from raw import Raw, mean_square
 from specimen import World
 from table import CONTACTS, ELASTIC, KINETIC
-from walk import walk
 
 PAIRS = {"aw": "actual profiles (left), simplified profiles (right)", "sw": "simplified profiles"}
 SHARES = {"lateral": "KE_lat", "vertical": "KE_vert", "roll": "KE_roll", "elastic and potential": "the rest"}
 POWERS = {"first peak": 6/5, "first duration": -1/5, "first impulse": 1}
 STEPS = 130         # of the lateral force
-LABELS = {          # of axes, and what they show
-    "Y [mm]": "Y", "initial velocity × time [mm]": "time × first vY", "N of the left flange [kN]": "N_LF",
-    "time since the flange touched [ms]": "time since LF", "lateral velocity [m/s]": "first vY",
-    "first peak [kN]": "first peak of N_LF",
-    "lateral force [kN]": "F_ext", "vertical force [kN]": "Fz_", "initial lateral velocity [m/s]": "first vY",
-    "peak N [kN]": "first peak of N_LF", "duration [ms]": "first duration of N_LF", "impulse ∫N dt [kN·s]": "first impulse of N_LF",
-    "lateral velocity after / before, reversed": "rebound of N_LF", "time since the touch [ms]": "time since LF",
-    "share of the kinetic energy before the contact [%]": "share of ", "y [mm]": ""}
-
-
-@pytest.fixture(autouse=True)
-def styled() -> Iterator[None]:
-    with ldbench_style():
-        yield
-
-
-@pytest.fixture(scope="module")
-def runs(world: World) -> dict[str, Any]:
-    """Exercises 2 and 3 with one pair and exercise 2 with another one, all of which differ."""
-    faster = world.run("ex3_aw")
-    told = {group: settings for group, settings in faster._comments.settings.items() if group != "profiles"}
-    return {"ex2_aw": world.run("ex2_aw"), "ex3_aw": faster, "ex2_sw": invented_run(
-        faster.data, faster.file, "ex2_sw", replace(faster._comments, settings=told), faster.case)}
-
-
-@pytest.fixture(scope="module")
-def raws(world: World) -> dict[str, Raw]:
-    return {"ex2_aw": world.thrown, "ex3_aw": world.faster, "ex2_sw": world.faster, "ex5_aw": world.pushed}
+GREEN, ORANGE, RED = "#bfe5d6", "#fce3b4", "#f6c9b0"
+STUDY_WORDS = {"Y": "lateral displacement Y", "N_LF": "normal force, left flange"}
 
 
 def of_pair(raws: Mapping[str, Raw], pair: str) -> list[Raw]:
@@ -132,7 +102,7 @@ OF_RUNS = {**COMPARED, "runs": compare_runs, "power": compare_power, "percentile
            "mean of steps": compare_steps, "bar": compare_bar}
 
 
-def says(label: str, names: Shown, raw: Any) -> bool:
+def of_pair_or_speed(label: str, names: Shown, raw: Any) -> bool:
     """Whether a curve is what the legend says: a speed, a contact, an energy, a pair."""
     if speed := re.fullmatch(r"(\S+) m/s", label):
         return bool(abs(float(speed[1]) - raw.c["vY"][0]) < 1e-9)
@@ -142,32 +112,41 @@ def says(label: str, names: Shown, raw: Any) -> bool:
         return names.x == f"share of {SHARES[label]} [%]"
     if names.how == "power":
         return label in ("slope 6/5", "Hertz")
-    return (KINETIC | ELASTIC).get(label) == names.y or label in (names.of, PAIRS.get(names.of))
+    return (KINETIC | ELASTIC).get(label) == names.y or label in (names.of, PAIRS.get(names.of[-2:]))
 
 
-def check_axes(figure: Figure) -> None:
-    """Each axis says what it shows."""
-    for ax in figure.axes:
-        for artist in (*ax.lines, *ax.patches):
-            names = shown(artist)
-            for words, name in ((ax.get_xlabel(), names.x), (ax.get_ylabel(), names.y)):
-                assert not words or name.startswith(LABELS[words]), (words, names)
+def compare_level(raw: Raw, ax: Axes, line: Line2D) -> None:
+    """The kinetic energy with which an exercise begins, told above it."""
+    energy = line.get_ydata()[0]
+    assert shown(line).y == "first KE_lat [J]" and energy == pytest.approx(raw.c["KE_lat"][0], rel=1e-8)
+    assert [text.get_text() for text in ax.texts if text.get_position()[1] == energy] == [f"exercise {shown(line).of[2]}"]
 
 
-def check(figure: Figure, raws: Mapping[str, Raw]) -> int:
-    check_axes(figure)
-    return walk(figure, OF_RUNS, raws, raws, says)
+def compare_shade(source: Any, ax: Axes, box: Rectangle) -> None:
+    """Green below 3 %, orange below 30 %, red where it is more or no number."""
+    words = shown(box).y
+    share = re.fullmatch(r"(\S+) %(?: \*)?", words)
+    if share:
+        expected = GREEN if float(share[1]) < 3 else ORANGE if float(share[1]) < 30 else RED
+    else:
+        expected = GREEN if words == "the same" else RED
+        assert words in ("the same", "differs") or re.fullmatch(r"\d+ (?:to|of) \d+", words), words
+    assert to_hex(box.get_facecolor()) == expected, shown(box)
+    middle = box.get_y() + box.get_height()/2
+    inside = [text.get_text() for text in ax.texts if abs(text.get_position()[1] - middle) < 1e-6
+              and box.get_x() < text.get_position()[0] < box.get_x() + box.get_width()]
+    assert inside == [words]
 
 
-def test_figures_of_the_abstract(world: World, runs: dict[str, Any], raws: dict[str, Raw]):
-    """Motions, impacts, the ramp, the contact with its energies: a panel or a look for each pair."""
-    counts = [check(figure(list(runs.values())), raws) for figure in (motion_figure, impact_figure, contact_figure)]
-    ramp = derailment_figure([world.run("ex5_aw")])
-    assert check(ramp, raws) == 6 and ramp.axes[0].get_ylabel() == "vertical force [kN]"
-    assert counts[0] == 3 and counts[1] == 6 and counts[2] > 10
-
-
-def test_pages_of_several_runs(world: World, runs: dict[str, Any], raws: dict[str, Raw]):
-    (_, beside), (_, contacts) = overview_figures(list(runs.values()))
-    assert compare(world.thrown, beside, raws) == 15
-    assert check(contacts, raws) == 3*4 + 2*4 + 3
+def compare_rms(world: World, ax: Axes, bar: Rectangle) -> None:
+    """The root mean square of a difference over that of the reference, above the name of the case."""
+    (fine, *variants), _, _ = study(world)
+    column, words = re.fullmatch(r"rms of (\w+), (.*)", shown(bar).y).groups()
+    case, which = shown(bar).of.split()
+    one = variants[["law", "step"].index(which)]
+    assert ax.get_title(loc="left") == f"{STUDY_WORDS[column]}, {words}"
+    until = fine.t <= one.t[-1]
+    size = np.sqrt(mean_square(fine.t[until], fine.c[column][until]))
+    assert bar.get_height() == pytest.approx(rms_of(fine, one, column, "first" in words)/size, rel=0.01)
+    below = ax.get_figure().axes[-1].get_xticklabels()
+    assert [label.get_text() for label in below if label.get_position()[0] == round(bar.get_x() + bar.get_width()/2)] == [case]
