@@ -13,7 +13,7 @@ from matplotlib.patches import Rectangle
 
 import ldbench
 import shapes
-from ldbench import Case, Profile, Trust
+from ldbench import Case, Profile, Trust, bodies
 from ldbench.__main__ import main
 from ldbench.ensembles.members import table_keys
 from ldbench.report.trusted import kept_trusts
@@ -23,10 +23,11 @@ from ldbench.trust.page import report_pages
 from ldbench.trust.variations import variations
 from named_artists import shown
 from running import with_kept_table
+from specimen import World
 from table import RESULTS
 from walk import walk
 
-COARSE = {"model": "strip"}
+COARSE = {"model": "hertz", "accuracy": 2e-2}
 THROWN = with_kept_table(Case.exercise(2, "aw").replace(**COARSE))
 PEAK = "first_peak_N_LF"
 
@@ -40,7 +41,7 @@ def found() -> Trust:
     ("mass + 1 %", {"mass": 1.01*1568.0}, True),
     ("vY + 1 %", {"vY": 1.01*0.5}, True),
     ("gauge + 0.1 mm", {"gauge": 1.4352}, True),
-    ("table accuracy 0.004", {"accuracy": 4e-3}, True),
+    ("table accuracy 0.04", {"accuracy": 4e-2}, True),
     ("youngs_modulus + 1 %", {"youngs_modulus": 1.01*2.1e11}, False),
     ("poisson + 1 %", {"poisson": 1.01*0.28}, False),
 ], ids=lambda x: x if isinstance(x, str) else "")
@@ -121,7 +122,7 @@ def test_an_answer_that_comes_or_goes():
 
 def test_a_ramp_is_chaotic():
     """Exercise 5, pushed fast: bounces until it derails, at another force from every start, below a limit that all share."""
-    case = with_kept_table(Case.exercise(5, "aw").replace(**COARSE, lateral_ramp=3e5, t_end=2.0, dt=5e-5))
+    case = with_kept_table(Case.exercise(5, "aw").replace(**COARSE, lateral_ramp=5e5, t_end=2.0, interval=1e-3))
     found = case.trust()
     one = found.answers["F_derailment"]
     assert one.chaotic and one.name in [shown.name for shown in found.shown()]
@@ -147,7 +148,8 @@ def test_rigid_contacts():
     assert one.causes["restitution − 1 %"] == lower - one.value != 0
 
 
-def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
+def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("ldbench.bodies.kept", lambda case, support, folder: folder/f"{support}.bodies")
     case = THROWN.replace(model="halfspace", influence="flat", accuracy=3e-3, table_folder="")
     listed, notes = variations(case, True, tmp_path)
     cases = {one.name: one.case for one in listed}
@@ -163,19 +165,21 @@ def test_half_spaces_vary_influence_and_asked_law(tmp_path: Path):
     assert not any(one.kind in ("influence", "law") for one in variations(THROWN, False, tmp_path)[0])
 
 
-def test_half_spaces():
-    """Influence, pressures and static limit: changes are those of plain runs; a modulus by way of masses scales pressures, too."""
-    case = with_kept_table(THROWN.replace(model="halfspace", t_end=0.03, stop_at="t_end"))
-    found = case.trust()
+def test_half_spaces(world: World, tmp_path: Path):
+    """Influence, bodies, pressures and static limit: changes are those of plain runs; a modulus by way of masses scales pressures,
+    too."""
+    case = Case.from_namelist(world.folder/"inputs/ex2_aw.nml")
+    found, = map(Trust.of_facts, json.loads((world.outputs/".ldbench/trust.json").read_text()))
     before = ldbench.run(case).results
+    clamped = {"influence": "bodies", "bodies": bodies.kept(case, "clamped", tmp_path)}
     for cause, changes in {"influence flat": {"influence": "flat"}, "youngs_modulus + 1 %": {"youngs_modulus": 1.01*2.1e11},
-                           "rolling_radius + 1 %": {"rolling_radius": 1.01*0.457}}.items():
-        after = ldbench.run(with_kept_table(case.replace(**changes))).results
-        for name in "pmax", PEAK, "patch_LF", "approach_LF", "F_limit_left":
+                           "rolling_radius + 1 %": {"rolling_radius": 1.01*0.457}, "clamped bodies": clamped}.items():
+        after = ldbench.run(case.replace(**changes)).results
+        for name in "pmax_LF", PEAK, "patch_LF", "approach_LF", "F_limit_left", "F_limit_right":
             one = found.answers[name]
             assert one.value == before[name]
-            assert one.causes.get(cause, 0.0) == pytest.approx(after[name] - before[name], rel=1e-3, abs=1e-7*abs(one.value))
-    assert found.answers["pmax"].causes["youngs_modulus + 1 %"] > 0.005*found.answers["pmax"].value
+            assert one.causes.get(cause, 0.0) == pytest.approx(after[name] - before[name], rel=2e-3, abs=1e-7*abs(one.value)), cause
+    assert found.answers["pmax_LF"].causes["youngs_modulus + 1 %"] > 0.005*found.answers["pmax_LF"].value
 
 
 def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -204,7 +208,7 @@ def test_measured_profiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 def test_tables_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """In the folder of the case: a second call solves nothing."""
     monkeypatch.chdir(tmp_path)
-    case = THROWN.replace(table_folder="outputs/tables", t_end=0.03, stop_at="t_end")
+    case = THROWN.replace(table_folder="outputs/tables", t_end=0.01, stop_at="t_end")
     tables: list[ContactTable] = []
     own = ContactTable._own
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -96,7 +97,8 @@ def make_specimen(folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         for name, little in LITTLE.items():
-            patch.setattr(f"ldbench.{name}", little)
+            module, _, variable = name.rpartition(".")
+            patch.setattr(import_module(f"ldbench.{module}"), variable, little)
         patch.setattr(document, "save_parts", noting(document.save_parts, folder/"sheets"))
         # The arrangement of panels takes a third of the time, and no number depends on it.
         patch.setattr(ConstrainedLayoutEngine, "execute", lambda engine, figure: None)
