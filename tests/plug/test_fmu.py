@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
@@ -72,15 +73,22 @@ def test_parameters_are_those_of_the_namelist(fmus: Path, case: ldbench.Case):
     assert found["N_RT"] == pytest.approx(data["N_RT"].to_numpy(), rel=1e-4)
 
 
-def test_contact_gives_the_program_s_force(fmus: Path, case: ldbench.Case):
+def test_contact_gives_what_the_program_s_row_has(fmus: Path, case: ldbench.Case):
+    """Forces of all contacts to the last bit, and each number of each contact."""
     data = ldbench.run(case).data
     row = data.iloc[data["N_LF"].argmax()]
     table = ldbench.ContactTable(case)
     pose = row["Y"], row["Z"] + table.equilibrium, row["roll"]
+    of_contacts = [f"{what}_{contact}" for contact in ("LT", "LF", "RT", "RF")
+                   for what in ("N", "angle", "Fy", "Fz", "y", "z", "radius")]
     found = simulate_fmu(fmus/"contact.fmu", fmi_type="CoSimulation", stop_time=1e-3, output_interval=1e-3,
-                        start_values=dict(zip(("y", "z", "roll"), pose, strict=True)), output=["F_y", "F_z", "M_x", "N_LF"])
-    assert [found[name][-1] for name in ("F_y", "F_z", "M_x")] == table.force(*pose).tolist()
-    assert found["N_LF"][-1] == pytest.approx(row["N_LF"], rel=1e-9)
+                        start_values=dict(zip(("y", "z", "roll"), pose, strict=True)),
+                        output=["F_y", "F_z", "M_x", "elastic_energy", *of_contacts])[-1]
+    assert [found[name] for name in ("F_y", "F_z", "M_x")] == table.force(*pose).tolist()
+    assert found["elastic_energy"] == table.potential(*pose)
+    closed = [name for name in of_contacts if row[f"N_{name[-2:]}"] > 0]
+    assert {name[-2:] for name in closed} >= {"LF", "RT"}
+    assert [found[name] for name in closed] == pytest.approx([row[name] for name in closed], rel=1e-7)
 
 
 def test_variables_say_what_they_are(fmus: Path):
@@ -110,21 +118,37 @@ def test_eight_instances_at_once_have_the_same_bits(fmus: Path):
         assert len(set(pool.map(work, range(8)))) == 1
 
 
-def test_a_state_is_given_back(fmus: Path, tmp_path: Path):
-    folder, about = extract(fmus/"wheelset.fmu", tmp_path), read_model_description(fmus/"wheelset.fmu")
+def test_a_state_is_given_back(fmus: Path, case: ldbench.Case, tmp_path: Path):
+    """With its parameters; accelerations and energies are those of the forces. The folder's name has blanks and other letters."""
+    folder, about = extract(fmus/"wheelset.fmu", tmp_path/"a pläce"), read_model_description(fmus/"wheelset.fmu")
+    at = {one.name: one.valueReference for one in about.modelVariables}
     model = FMU2Slave(guid=about.guid, unzipDirectory=folder, modelIdentifier="wheelset", instanceName="one")
+
+    def values(*names: str) -> np.ndarray:
+        return np.array(model.getReal([at[name] for name in names]))
+
+    states = "y", "z", "roll", "vy", "vz", "roll_rate"
     model.instantiate()
     model.setupExperiment()
+    model.setReal([at["loading.lateral_ramp"]], [1e6])
     model.enterInitializationMode()
     model.exitInitializationMode()
-    state = model.getFMUState()
-    bytes_of_it = model.serializeFMUState(state)
+    bytes_of_it = model.serializeFMUState(model.getFMUState())
     model.doStep(0.0, 1e-2)
-    there = model.getReal([0, 1, 2, 3, 4, 5])
+    there = values(*states)
+    assert values("F_ext") == pytest.approx(1e4) and np.isfinite(there).all()
+    inertia = [case.mass, case.mass, case.roll_inertia]
+    forces = values("F_y", "F_z", "M_x") + [1e4, -ldbench.ContactTable(case).weight, 0]
+    assert values("der(vy)", "der(vz)", "der(roll_rate)") == pytest.approx(forces/inertia)
+    assert values("der(y)", "der(z)", "der(roll)") == pytest.approx(there[3:])
+    assert values("kinetic_energy") == pytest.approx(0.5*np.square(there[3:]) @ inertia)
+    model.setReal([at["loading.lateral_ramp"]], [0.0])
+    with pytest.raises(FMICallException):        # after the initialization
+        model.setReal([at["initial.vY"]], [1.0])
     model.setFMUState(model.deserializeFMUState(bytes_of_it))
-    assert model.getReal([0]) == [0.0]
+    assert values("y") == [0.0]
     model.doStep(0.0, 1e-2)
-    assert model.getReal([0, 1, 2, 3, 4, 5]) == there and np.isfinite(there).all()
+    assert values(*states).tolist() == there.tolist()
     model.terminate()
     model.freeInstance()
 
