@@ -28,6 +28,8 @@ NAMELISTS: list[tuple[str | dict[str, dict[str, object]], tuple[str, ...]]] = [
     ({"integrator": {"dt": 1e-3}, "output": {"interval": 1e-4}}, ("&output interval", "dt = 0.001 s, found 1.0E-4")),
     ({"integrator": {"t_end": 1e3, "dt": 1e-9}, "output": {"interval": 1e1}}, ("1e9 steps between rows", "found 1.0E+10")),
     ({"integrator": {"t_end": 1e5, "dt": 1e-9}, "output": {"interval": 1e-3}}, ("&output interval", "1e7 rows", "found 1.0E+8")),
+    ({"integrator": {"order": 3}}, ("&integrator order: expected 2 or 4, found 3",)),
+    ({"output": {"interval": 3e-3}}, ("&output interval: expected at most &integrator t_end = 0.002 s, found 0.003",)),
     ({"integrator": {"order": 4, "beta": 0.25}}, ("&integrator beta: expected 0 with order = 4, found 0.25",)),
     ({"integrator": {"order": 4, "beta": 0.0, "gamma": 0.6}}, ("&integrator gamma: expected 0.5 with order = 4, found 0.6",)),
     # Rigid contacts.

@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import functools
 import re
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given, strategies as st
 
+import stranger_faults as faulty
+import stranger_files as files
 from generated import covering, examples
 from invented import invented_run
 from ldbench import Case, Error, read_columns, run
@@ -26,49 +30,11 @@ from ldbench_round import check, own_runs
 from ldbench_round.column_names import meanings, understood
 from ldbench_round.findings import DOUBTFUL, FAILED, PASSED, Finding, apart_text
 from ldbench_round.languages import encoding_of
+from ldbench_round.physics_checks import law_findings
 from ldbench_round.submissions import find_files
 from ldbench_round.tasks import QUANTITIES, Task
 from running import kept_tables
-from stranger_faults import (
-    ALONE,
-    GENERATED,
-    MILD,
-    PLACES_WRONG,
-    REST_WRONG,
-    Fault,
-    at_intervals,
-    coarse_between_events,
-    dense_at_impacts,
-    drift,
-    events_twice,
-    generated,
-)
-from stranger_files import (
-    ALL,
-    CALL,
-    COMMAS,
-    COUNTRY,
-    DOWN,
-    LAYERS,
-    MISSING,
-    MM_KN,
-    NAMES,
-    PLACES,
-    PLAIN,
-    RIGHT,
-    ROLL,
-    SI,
-    Change,
-    Frame,
-    both,
-    each,
-    of,
-    plus,
-    text_of,
-    times,
-    unit_of,
-    written,
-)
+from stranger_files import ALL, CALL, ENERGY, NAMES, Frame, both, each, of, plus, text_of, times
 
 TASK = Task(2, "aw")
 # Names of energies that mean nothing to the program.
@@ -76,9 +42,11 @@ UNTOLD = {"letters and numbers", "two digits", "capitals", "Simpack", "Nucars", 
 
 
 @functools.cache
-def thrown(stiffness: float = 1.0) -> Frame:
+def thrown(**changes: Any) -> Frame:
     """Our columns of exercise 2, by Hertz's law."""
-    return run(Case.exercise(2, "aw").replace(model="hertz", table_folder=kept_tables(), stiffness_scale=stiffness)).data
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")     # of an input that is not as it should be
+        return run(Case.exercise(2, "aw").replace(**{"model": "hertz", "table_folder": kept_tables(), **changes})).data
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -95,7 +63,7 @@ def own() -> Iterator[None]:
 def told(frame: Frame) -> list[Finding]:
     """What is not passed in a file with these columns, which is not written; the refusal of a file is a finding, too."""
     columns = [column for column in ALL if column in frame]
-    raw = RawTable([PLAIN[column] for column in columns], [unit_of(column, SI)[0] for column in columns],
+    raw = RawTable([files.PLAIN[column] for column in columns], [files.unit_of(column, files.SI)[0] for column in columns],
                    frame[columns].to_numpy(float))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(check, "read_raw", lambda *_: raw)
@@ -113,12 +81,12 @@ def told(frame: Frame) -> list[Finding]:
 
 # ---- forms ---------------------------------------------------------------------------
 @examples(1)
-@given(covering(LAYERS))
+@given(covering(files.LAYERS))
 def test_a_file_in_any_form_is_read_right(tmp_path: Path, forms: list[dict[str, str]]):
     """All numbers are those that were written, by a code with softer contacts, and nothing is told of the map."""
-    frame = thrown(0.8).iloc[::5].reset_index(drop=True)
+    frame = thrown(stiffness_scale=0.8).iloc[::5].reset_index(drop=True)
     for options in forms:
-        name, data = written(frame, options)
+        name, data = files.written(frame, options)
         (tmp_path/name).write_bytes(data)
         (task, file), = find_files(tmp_path, []).items()
         one = check.read_submitted(file)
@@ -135,27 +103,28 @@ def test_a_file_in_any_form_is_read_right(tmp_path: Path, forms: list[dict[str, 
             assert np.nanmax(np.abs(x + off - y)) < 1e-5*np.nanmax(np.abs(y)), (column, options)
         assert [finding for finding in check.map_findings(one.guess) if finding.verdict != PASSED] == [], options
         words = found.attrs.get("words", ())
-        mark = MISSING[options["missing"]]["na"]
+        mark = files.MISSING[options["missing"]]["na"]
         assert {word.word for word in words} <= {mark}, options
 
 
-ROWS: dict[str, tuple[Change, set[str]]] = {
-    "all": (lambda f: f, set()), "at 10 kHz": (at_intervals(1e-4), set()), "at events twice": (events_twice, set()),
-    "dense at impacts": (dense_at_impacts, set()), "times to a µs": (each(["time"], lambda t: t.round(6)), set()),
+ROWS: dict[str, tuple[files.Change, set[str]]] = {
+    "all": (lambda f: f, set()), "at 10 kHz": (faulty.at_intervals(1e-4), set()), "at events twice": (faulty.events_twice, set()),
+    "dense at impacts": (faulty.dense_at_impacts, set()), "times to a µs": (each(["time"], lambda t: t.round(6)), set()),
     "start three times": (lambda f: pd.concat([f.iloc[[0, 0]], f], ignore_index=True), set()),
     "times to a ms": (each(["time"], lambda t: t.round(3)), {"digits of the times"}),
-    "times to a ms between events": (coarse_between_events, {"digits of the times"}),
+    "times to a ms between events": (faulty.coarse_between_events, {"digits of the times"}),
     "times half as dense": (each(["time"], lambda t: (t*5e3).round()/5e3), {"digits of the times"})}
-FRAMES: dict[str, tuple[Change, set[str]]] = {
-    "to the right": (times(-1.0, *RIGHT, *of("Fy")), {"lateral axis"}), "down": (times(-1.0, *DOWN, *of("Fz")), {"vertical axis"}),
-    "rolled": (times(-1.0, *ROLL), {"roll axis"}), "from 10 s": (plus(10.0, "time"), {"zero of time"}),
+FRAMES: dict[str, tuple[files.Change, set[str]]] = {
+    "to the right": (times(-1.0, *files.RIGHT, *of("Fy")), {"lateral axis"}),
+    "down": (times(-1.0, *files.DOWN, *of("Fz")), {"vertical axis"}),
+    "rolled": (times(-1.0, *files.ROLL), {"roll axis"}), "from 10 s": (plus(10.0, "time"), {"zero of time"}),
     "from -100 ms": (plus(-0.1, "time"), {"zero of time"}), "on the rail": (times(-1.0, *of("Fy", "Fz")), set()),
     "signed angles": (times(-1.0, "angle_RT", "angle_RF"), set()), "from the axle": (plus(-0.457, *of("z")), set()),
     "from the rails": (plus(0.457, "Z"), set()), "energies from the rails": (plus(1e5, "PE_grav", "PE_load"), set()),
     "from the gauge side": (both(plus(-1.4351/2, "y_LT", "y_LF"), plus(1.4351/2, "y_RT", "y_RF")), set()),
-    "last places": (each(of(*PLACES), lambda x: x.ffill().fillna(0.0)), set()),
-    "zero places": (each(of(*PLACES), lambda x: x.fillna(0.0)), set()),
-    "huge places": (each(of(*PLACES), lambda x: x.fillna(1e30)), set())}
+    "last places": (each(of(*files.PLACES), lambda x: x.ffill().fillna(0.0)), set()),
+    "zero places": (each(of(*files.PLACES), lambda x: x.fillna(0.0)), set()),
+    "huge places": (each(of(*files.PLACES), lambda x: x.fillna(1e30)), set())}
 
 
 @examples(1)
@@ -170,37 +139,61 @@ def test_another_frame_is_told_and_nothing_else(choices: list[dict[str, str]]):
 
 
 # ---- faults --------------------------------------------------------------------------
-def check_told(**faults: Fault) -> None:
+def check_told(**faults: faulty.Fault) -> None:
     """All faults of a file are told, each as wrong or as doubtful as it is."""
     found = told(both(*(change for change, _ in faults.values()))(thrown()))
     assert all("\n" not in one.hint for one in found)
     for name, (_, words) in faults.items():
         named = {one.verdict for one in found if re.search(words, f"{one.what}: {one.hint}")}
-        expected = {FAILED} if name in {*PLACES_WRONG, *REST_WRONG} - MILD else {DOUBTFUL, FAILED}
+        expected = {FAILED} if name in {*faulty.PLACES_WRONG, *faulty.REST_WRONG} - faulty.MILD else {DOUBTFUL, FAILED}
         assert named & expected, (list(faults), name, [one.what for one in found])
 
 
 @examples(1)
-@given(covering({"places": PLACES_WRONG, "rest": REST_WRONG}))
+@given(covering({"places": faulty.PLACES_WRONG, "rest": faulty.REST_WRONG}))
 def test_faults_with_a_name_are_told(pairs: list[dict[str, str]]):
     """Two faults in one file do not hide each other."""
     for pair in pairs:
-        place = {} if pair["rest"] in ALONE else {pair["places"]: PLACES_WRONG[pair["places"]]}
-        check_told(**place, **{pair["rest"]: REST_WRONG[pair["rest"]]})
+        place = {} if pair["rest"] in faulty.ALONE else {pair["places"]: faulty.PLACES_WRONG[pair["places"]]}
+        check_told(**place, **{pair["rest"]: faulty.REST_WRONG[pair["rest"]]})
 
 
 @examples(16)
-@given(st.sampled_from(GENERATED))
+@given(st.sampled_from(faulty.GENERATED))
 def test_a_fault_in_one_column_is_told(fault: tuple[str, str]):
-    check_told(**{" ".join(fault): generated(*fault)})
+    check_told(**{" ".join(fault): faulty.generated(*fault)})
+
+
+@examples(2)
+@given(st.sampled_from(sorted(faulty.OTHER_INPUT)))
+def test_other_input_is_told(name: str):
+    changes, words = faulty.OTHER_INPUT[name]
+    found = told(thrown(table_folder="", **changes))
+    assert re.search(words, " | ".join(one.what for one in found if one.verdict == FAILED)), [one.what for one in found]
+
+
+def test_laws_of_a_ramp():
+    """A ramp steeper than that of exercise 5 is over sooner. Another one, and energies that are not told, break its laws."""
+    case = Case.exercise(5, "aw").replace(
+        model="hertz", table_folder=kept_tables(), lateral_ramp=1.2e5, interval=2.5e-4, t_end=3.0)
+    frame = run(case).data
+
+    def wrong(frame: Frame, **changes: float) -> set[str]:
+        found = law_findings(invented_run(frame), case.replace(**changes), Task(5, "aw"))
+        return {one.what for one in found if one.verdict == FAILED}
+
+    assert wrong(frame) == set()
+    assert wrong(frame, lateral_ramp=1e5) >= {"lateral momentum closes", "energy closes"}
+    assert wrong(times(0.0, *ENERGY[-2:])(frame)) == {"contacts give back what they have stored"}
+    assert wrong(frame[frame["time"] < 1.0]) == {"up to derailment"}
 
 
 def test_columns_that_are_no_longer_what_they_are_called(tmp_path: Path):
     """Faults of the text: a name that is missing, one that stands twice, forces that do not fit into their cells."""
-    file, text = tmp_path/"ex2_aw.csv", text_of(thrown(), units=MM_KN)
+    file, text = tmp_path/"ex2_aw.csv", text_of(thrown(), units=files.MM_KN)
     for wrong, words in (
             (text.replace("vertical velocity [m/s],", "").replace("\n", ",spare [m]\n", 1), "quantities|velocity|axis"),
-            (text_of(thrown(), {**PLAIN, "N_RF": PLAIN["N_LF"]}), "normal force, right flange"),
+            (text_of(thrown(), {**files.PLAIN, "N_RF": files.PLAIN["N_LF"]}), "normal force, right flange"),
             (text_of(thrown(), decimal=","), "refused"), (text_of(thrown(), digits="%.3g"), "digits|momentum|rate"),
             (text_of(thrown(), order=[column for column in ALL if "elastic" not in column]), "elastic energy .* is missing"),
             (re.sub(r"(?<=,)-?[3-9]\d{2}\.\d+", "********", text), "cells without a number: .*N_LF")):
@@ -218,7 +211,7 @@ def text_with(cells: str) -> str:
 
 
 @examples(16)
-@given(st.sampled_from(sorted(MISSING.keys() - {"nothing", "NaN", "-999", "1e30"})), st.integers(0, 2), st.integers(1, 2))
+@given(st.sampled_from(sorted(files.MISSING.keys() - {"nothing", "NaN", "-999", "1e30"})), st.integers(0, 2), st.integers(1, 2))
 def test_a_word_for_no_number_is_counted_and_placed(tmp_path: Path, word: str, row: int, column: int):
     cells = [["0.1", "1", "3"], ["0.15", "2", "4"], ["0.2", "3", "4"]]
     cells[row][column] = word
@@ -254,13 +247,13 @@ def test_a_row_that_is_none_is_refused(tmp_path: Path, line: str, row: int):
 def test_names_are_understood(name: str, tmp_path: Path):
     """With their units, without a look at numbers; in the encodings of their countries, too."""
     unnamed = {"dotted wheelset": "radius_..", "symbols": "radius_..", "Gensys": "Y|Z|roll"}.get(name, "$.")
-    units = {column: unit_of(column, SI)[0] for column in QUANTITIES}
+    units = {column: files.unit_of(column, files.SI)[0] for column in QUANTITIES}
     found = {column: meanings(NAMES[name][column], units[column]) for column in QUANTITIES if not re.fullmatch(unnamed, column)}
     either = {column for column in found if name == "two digits" and column[-2:] in ("LF", "RT")}
-    if name in COUNTRY:
+    if name in files.COUNTRY:
         text = ";".join(NAMES[name].values()) + "\n1;2\n"
-        (tmp_path/"a.csv").write_bytes(text.encode(COUNTRY[name]))
-        assert text.encode(COUNTRY[name]).decode(encoding_of(tmp_path/"a.csv", understood)) == text
+        (tmp_path/"a.csv").write_bytes(text.encode(files.COUNTRY[name]))
+        assert text.encode(files.COUNTRY[name]).decode(encoding_of(tmp_path/"a.csv", understood)) == text
         found = {column: meanings(NAMES[name][column]) for column in QUANTITIES}
     assert [column for column in found if column not in found[column]] == []
     exact = {column for column in found if found[column] == {column}}
@@ -270,7 +263,7 @@ def test_names_are_understood(name: str, tmp_path: Path):
 def test_what_is_missing_is_printed_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Words in cells that need no number are told, too, and do not fail."""
     file, frame = tmp_path/"ex2_aw.csv", thrown()
-    file.write_text("sep=;\n" + text_of(frame, na="#N/A", **COMMAS))
+    file.write_text("sep=;\n" + text_of(frame, na="#N/A", **files.COMMAS))
     assert main(["check", str(file)]) == 0
     empty = int(frame[list(ALL)].isna().to_numpy().sum())
     told_words = rf"words for no number [\d·⁰-⁹.]+: '#N/A' {empty} times, first in line 3, column \d+\n"
@@ -297,8 +290,8 @@ def test_times_that_fall_by_more_than_their_rounding_are_refused(tmp_path: Path)
 def test_a_drift_below_what_is_told_passes_and_a_slow_velocity_is_none():
     """A velocity half a row late, as that of a half-step scheme, is no drift."""
     frame = thrown()
-    assert told(drift(2e-5, "Y")(frame)) == [] and told(frame.assign(Y=frame.Y - 5e-6*(frame.vY - frame.vY.iloc[0]))) == []
-    changed = drift(2e-4, "Y")(frame)
+    assert told(faulty.drift(2e-5, "Y")(frame)) == [] and told(frame.assign(Y=frame.Y - 5e-6*(frame.vY - frame.vY.iloc[0]))) == []
+    changed = faulty.drift(2e-4, "Y")(frame)
     (found,) = told(changed)
     assert (found.what, found.verdict) == ("Y does not drift", DOUBTFUL)
     assert found.number*np.ptp(changed.Y) == pytest.approx(2e-4, rel=0.15)
