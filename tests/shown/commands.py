@@ -6,6 +6,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -599,10 +600,22 @@ def lines_of_bodies(world: World, title: str, text: str) -> list[Line]:
               for one, other in ((60, 45), (60, 30), (60, 0), (45, 0)))]
 
 
+@cache
+def varied(world: World) -> dict[str, Any]:
+    """The variations that the report has kept, with twins of two answers that do not share them: medians are no values."""
+    told = deepcopy(kept_trust(world))
+    for name in "farthest_left", "first_peak_N_LF":
+        one = told["answers"][name]
+        one["chaotic"] = True
+        one["values"] = [x*(1.02 + 1e-3*k) if part["kind"] == "twin" else x
+                         for k, (part, x) in enumerate(zip(told["variations"], one["values"], strict=True))]
+    return told
+
+
 def trusted(world: World, folder: Path) -> dict[str, str]:
-    """What the command prints of the variations that the report has kept."""
+    """What the command prints of the variations."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ldbench.commands.trust.trust", lambda *case, **how: Trust.of_facts(kept_trust(world)))
+        patch.setattr("ldbench.commands.trust.trust", lambda *case, **how: Trust.of_facts(varied(world)))
         return {"json": told_text(json.loads(printed("trust", "inputs/ex2_aw.nml", "--json", "-"))),
                 # Lines are broken anywhere.
                 "words": re.sub(r"\n {8}", " ", said("trust", "inputs/ex2_aw.nml"))}
@@ -626,7 +639,7 @@ class Spread(NamedTuple):
 
 def spread_of(world: World, name: str) -> Spread:
     """From the values of the variations, by kinds: inputs count to either side of an answer that the twins share."""
-    told = kept_trust(world)
+    told = varied(world)
     one = told["answers"][name]
     value, kinds = one["value"], [(part["kind"], part["cause"]) for part in told["variations"]]
     own = [(kind, cause, x) for (kind, cause), x in zip(kinds, one["values"], strict=True)]
@@ -646,7 +659,7 @@ def spread_of(world: World, name: str) -> Spread:
 
 
 def lines_of_trust(world: World, title: str, text: str) -> list[Line]:
-    told = kept_trust(world)
+    told = varied(world)
     if title == "json":
         def of_answer(match: re.Match[str]) -> Known | float | None:
             one = spread_of(world, match[1])

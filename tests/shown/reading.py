@@ -96,8 +96,16 @@ def idle(text: str, line: Line, world: Any, match: re.Match[str]) -> Iterator[st
     for group in range(1, match.re.groups + 1):
         first, last = match.span(group)
         others = [match.re.match(text[:first] + other + text[last:], match.start()) for other in changed(match[group])]
-        if all(other and not line.wrong(world, other) for other in others):
+        if all(other and not noticed(line, world, other) for other in others):
             yield f"{line.what}: {match[group]} may be any number, as {changed(match[group])[0]}"
+
+
+def noticed(line: Line, world: Any, match: re.Match[str]) -> bool:
+    """Whether a line disagrees with a match, or knows nothing of its numbers."""
+    try:
+        return bool(line.wrong(world, match))
+    except (StopIteration, LookupError, ValueError):
+        return True
 
 
 def changed(number: str) -> list[str]:
