@@ -7,7 +7,7 @@ import os
 import signal
 import tempfile
 from collections import ChainMap
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,6 +81,23 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are made and stay empty in files: tests of pictures draw them."""
     monkeypatch.setattr("matplotlib.figure.Figure.draw", lambda *_: None)
     monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)
+
+
+FEW = "error", "end", "t", "time", "Y", "N_LF", "peak_N_LT", "peak_N_LF", "event_time", "event_force"
+
+
+@pytest.fixture
+def few_results(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Datasets of ensembles have few results: a Zarr directory of all 110 takes a second to be written. Records have all."""
+    from ldbench.ensembles import store, sweep
+
+    whole = store.longest
+
+    def few(records: Iterable[dict[str, object]]) -> dict[str, object]:
+        return {name: value for name, value in whole(records).items() if name in FEW}
+
+    for module in store, sweep:
+        monkeypatch.setattr(module, "longest", few)
 
 
 @pytest.fixture(scope="session")

@@ -54,6 +54,7 @@ from ldbench_round.tasks import TASKS, Task
 from of_codes import File, check_numbers, walk_codes
 from running import Run
 
+
 @pytest.fixture(scope="module", autouse=True)
 def own() -> Iterator[None]:
     with own_are_of(BORA, run_of):

@@ -12,9 +12,7 @@ import ldbench
 from invented import invented_run
 from ldbench import Case, Event
 from ldbench.__main__ import main
-from ldbench.plots.style import ldbench_style
 from ldbench.report import differences as cmp
-from ldbench.report.compare import quantity_page
 from ldbench.report.study import SHORT_RAMP, study_jobs
 from ldbench.results.header import Comments
 from ldbench.results.run_data import RunData
@@ -70,23 +68,6 @@ def test_open_contact_has_no_difference():
     share = cmp.difference_table(found).set_index("quantity").loc["angle_LF", "share compared"]
     # Rows every 0.1 ms, of which 501 are compared and 19 lie inside these 2 ms.
     assert known.sum() == 19 and share == pytest.approx(19/501)
-
-
-def test_page_draws_overlay_and_difference():
-    runs = [invented(), invented(delay=0.003, name="late"), invented(offset=1e-3, name="aside")]
-    with ldbench_style():
-        figure = quantity_page(cmp.compare(runs), ["Y", "N_LF"], "two")
-    overlay, difference, forces, _ = figure.axes
-    for line, run in zip(overlay.get_lines(), runs, strict=True):
-        assert line.get_label() == run.name
-        np.testing.assert_allclose(line.get_ydata(), 1e3*run.values("Y"))
-    late, aside = difference.get_lines()
-    np.testing.assert_allclose(late.get_ydata(), -1e3*SPEED*0.003)
-    np.testing.assert_allclose(aside.get_ydata(), 1.0)
-    assert overlay.get_title("left") == "lateral displacement Y [mm]"
-    assert difference.get_title("left") == "difference from the reference [mm]"
-    assert forces.get_lines()[0].get_ydata().max() == pytest.approx(800)       # kN
-    assert len({(line.get_color(), str(line.get_linestyle())) for line in overlay.get_lines()}) == 3
 
 
 HEADER = "# ldbench 1.0.0\n# &case\n#   name = 'mine'\n# /\n# &setup\n" + "".join(

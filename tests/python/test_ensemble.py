@@ -86,7 +86,7 @@ def test_threads_make_no_difference(table, counted):
     assert (one.axle_height.sel(stiffness_scale=2) > one.axle_height.sel(stiffness_scale=1)).all()
 
 
-def test_failures_are_recorded(table, tmp_path):
+def test_failures_are_recorded(table, tmp_path, few_results):
     """Also in a store, from which they come again."""
     first, found = (ldbench.ensemble(short(), {"mass": [-1.0, 1500.0], "vertical_load": [164618.0, 9e9]}, tables=[table],
                                      store=tmp_path/"sweep.zarr") for _ in range(2))
@@ -155,7 +155,7 @@ except KeyboardInterrupt:
 """
 
 
-def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
+def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted, few_results):
     """The second member is told; the first one and the others would take hours."""
     endless = short(table_folder=kept_tables(), vY=0.0, roll_rate=0.0, t_end=9e4, interval=1e-2, stop_at="t_end")
     endless.to_namelist(tmp_path/"case.nml")
@@ -172,7 +172,7 @@ def test_control_c_stops_it_and_keeps_what_is_done(tmp_path, counted):
         assert kept.execute("SELECT count(*) FROM records").fetchone() == (1,)
 
 
-def test_only_what_is_missing_is_run(tmp_path, table, counted):
+def test_only_what_is_missing_is_run(tmp_path, table, counted, few_results):
     store = tmp_path/"sweep.zarr"
     first = ldbench.ensemble(short(), {"mass": MASSES}, columns=["Y"], store=store, tables=[table])
     assert counted["runs"] == 3
@@ -185,7 +185,7 @@ def test_only_what_is_missing_is_run(tmp_path, table, counted):
     assert {path.name for path in (tmp_path/".ldbench").iterdir()} == {"sweep.zarr.sqlite", "sweep.zarr.lock"}
 
 
-def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch):
+def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch, few_results):
     """The key of a member, under which its result is kept, changes with all that the result depends on, and comes back."""
     for name in "awprof.yz", "arprof.yz":
         shutil.copy(ldbench.Case.exercise(3).find(f"profiles/{name}"), tmp_path)
@@ -215,7 +215,7 @@ def test_a_changed_case_uses_no_old_result(tmp_path, table, counted, monkeypatch
     assert len(set().union(*found)) == 2*len(found) == 12
 
 
-def test_a_store_is_written_in_parts(tmp_path, table, monkeypatch):
+def test_a_store_is_written_in_parts(tmp_path, table, monkeypatch, few_results):
     """Along the longest dimension; texts and rows of columns of the parts differ in length."""
     over = {"t_end": [1e-3, 2e-3], "mass": [-1.0, 1500.0]}
     expected = ldbench.ensemble(short(), over, columns=["Y"], tables=[table])
@@ -223,7 +223,7 @@ def test_a_store_is_written_in_parts(tmp_path, table, monkeypatch):
     assert ldbench.ensemble(short(), over, columns=["Y"], tables=[table], store=tmp_path/"sweep.zarr").identical(expected)
 
 
-def test_damaged_results_are_told(tmp_path, table):
+def test_damaged_results_are_told(tmp_path, table, few_results):
     over = {"mass": MASSES}
     ldbench.ensemble(short(t_end=1e-3), over, store=tmp_path/"sweep.zarr", tables=[table])
     (tmp_path/".ldbench/sweep.zarr.sqlite").write_bytes(b"no records")
@@ -259,7 +259,7 @@ def test_two_processes_with_one_store_leave_what_one_would(tmp_path, table):
     assert {file.name for file in tmp_path.iterdir()} == {".ldbench", "case.nml", "sweep.zarr"}
 
 
-def test_a_store_is_not_written_over_something_else(tmp_path):
+def test_a_store_is_not_written_over_something_else(tmp_path, few_results):
     (tmp_path/"notes.txt").write_text("mine\n")
     for k, version in enumerate((2, 3)):
         xr.Dataset({"mine": ("x", [1.0, 2.0])}).to_zarr(tmp_path/f"mine{k}.zarr", zarr_format=version)
@@ -271,10 +271,10 @@ def test_a_store_is_not_written_over_something_else(tmp_path):
     assert not (tmp_path/".ldbench").exists()
 
 
-def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted):
+def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted, few_results):
     """The other one goes on; the results are those of this process's threads."""
     pytest.importorskip("distributed")
-    over = {"vY": [0.9, 1.0], "mass": np.linspace(1000, 2000, 12).tolist() + [-1.0]}
+    over = {"vY": [0.9, 1.0], "mass": np.linspace(1000, 2000, 5).tolist() + [-1.0]}
     case, store = short(table_folder=kept_tables()), tmp_path/"sweep.zarr"
     cluster, done = Cluster(tmp_path, 2), []
 
@@ -293,7 +293,7 @@ def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted):
     assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))
 
 
-def test_command(tmp_path, capsys):
+def test_command(tmp_path, capsys, few_results):
     short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
     assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,-1", "--over", "vY=0:1:2", "--columns", "Y,N_LF",
                  "-j", "2", "-o", str(tmp_path/"sweep.zarr")]) == 1     # not all is done

@@ -72,7 +72,7 @@ def test_one_rule_says_when_a_contact_is_closed(shipped: dict[str, Run]):
     """Exercise 5, whose rows at events have some tenths of a newton: plots, page, score, collation and summary agree on the first
     contact, the page of impacts and the summary on the number of contacts."""
     run = ldbench.read_run(shipped["ex5_sw"].file)
-    assert ((run.values("N_LF") > 0) & ~run.closed("LF")).sum() > 1000 and run.values("N_LF")[run.closed("LF")].min() > CLOSED
+    assert ((run.values("N_LF") > 0) & ~run.closed("LF")).sum() > 100 and run.values("N_LF")[run.closed("LF")].min() > CLOSED
     summary = summary_row(run)
     start = summary["t_first_LF"]
     [first, *_] = found = run.intervals("LF")

@@ -210,25 +210,8 @@ def test_the_command_scores_folders(folders: tuple[Path, Path], hertz: dict[str,
     assert "centre passage 2" in capsys.readouterr().out
 
 
-def test_what_the_command_prints_is_what_the_scores_are(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
-                                                       capsys: pytest.CaptureFixture[str]):
-    """A line of the table has the difference, and it over that of Hertz's law and over the largest spread. JSON says which of both
-    files is rigid."""
-    other = tmp_path/"ex2_aw.txt"
-    hertz["ex2_aw"].data.assign(N_LF=lambda rows: 1.01*rows.N_LF).to_csv(other, sep=" ", index=False, na_rep="nan")
-    words = ["score", str(other), "--reference", str(folders[1]), "--all"]
-    assert main([*words, "--json"]) == 0
-    told, = json.loads(capsys.readouterr().out)["files"]
-    assert main(words) == 0
-    lines = capsys.readouterr().out.splitlines()
-    compared = [one for one in told["scores"] if one["hertz"] and one["bodies"] and one["difference"] > 1e-3 and " " in one["name"]]
-    assert compared and all(one["hertz"] != one["bodies"] for one in compared)
-    for one in compared:
-        line, = (line for line in lines if line.startswith(f"  {one['name']} "))
-        difference, *_, of_hertz, of_spread = line.replace("> ", ">").replace("< ", "<").split()[-6:]
-        assert float(difference) == pytest.approx(one["difference"], rel=0.06)
-        spread = max(x for x in (one["hertz"], one["bodies"], one["rigid"]) if x is not None)
-        assert [of_hertz, of_spread] == [times_text(one["difference"]/x).replace(" ", "") for x in (one["hertz"], spread)]
+def test_it_is_told_which_file_is_rigid(folders: tuple[Path, Path], hertz: dict[str, ldbench.Run], tmp_path: Path,
+                                        capsys: pytest.CaptureFixture[str]):
     file = tmp_path/"rigid/ex2_aw.txt"
     file.parent.mkdir()
     hertz["rigid"].write(file)

@@ -25,6 +25,8 @@ from ldbench.ensembles import members
 from ldbench.ensembles.records import SCHEMA, open_records
 from running import kept_tables
 
+pytestmark = pytest.mark.usefixtures("few_results")
+
 MASSES = [1300.0, 1500.0]
 
 

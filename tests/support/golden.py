@@ -14,6 +14,7 @@ import fcntl
 import functools
 import hashlib
 import json
+import os
 import re
 import shutil
 import sys
@@ -58,7 +59,8 @@ def of_runs() -> str:
 @functools.cache
 def of_python() -> str:
     """The hash of what decides what Python makes."""
-    versions = sys.version + "".join(version(name) for name in PACKAGES)
+    # Whoever changes modules after they are imported says so by this variable.
+    versions = sys.version + "".join(version(name) for name in PACKAGES) + os.environ.get("LDBENCH_WORLD", "")
     return hashlib.sha256("".join((
         versions, of_runs(), digest(*sorted((REPO/"wrappers/ldbench/_core").glob("_flat*.so")), *texts(REPO/"wrappers")))).encode(),
     ).hexdigest()

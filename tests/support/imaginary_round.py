@@ -153,8 +153,8 @@ def make_graded(folder: Path) -> None:
 
 
 def make_hostile(folder: Path) -> None:
-    """A code for each kind of file that nobody can use, beside two that are as they should be, collated. A good file with a row every
-    0.2 ms is checked in half the time."""
+    """A code for each kind of file that nobody can use, beside two that are as they should be, collated. The good file has every
+    second row, to be checked in half the time."""
     codes, written = folder/"codes", the_round()/"codes"
     shutil.copytree(written/ADAMS.name, codes/ADAMS.name)
     for name in BORA.name, *HOSTILE, "no files", "TOML that does not parse":
