@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ldbench import Case, ContactTable
+from ldbench import Case, ContactTable, run
 from ldbench._core import flat
 from ldbench.table import rigid_geometry
 from ldbench_round.tasks import clearances
@@ -113,6 +113,17 @@ def test_geometry_functions(pair: str):
         near = np.abs(np.abs(g["Y"]) - 5e-3) < 1e-6
         assert g["roll"][near]/g["Y"][near] == pytest.approx(0.033663, abs=1e-6)
         assert 2*g["Z"][near]/g["Y"][near]**2 == pytest.approx(0.068153, rel=2e-3)
+
+
+@pytest.mark.parametrize("formulation", ["elastic", "bilateral"])
+def test_a_roll_rate_on_rails_is_the_slope_of_the_roll(formulation: str):
+    """d(roll)/dY of the geometry functions, off the centre too, where treads roll on their crowns."""
+    y, step = 6e-3, 1e-5
+    case = Case.exercise(1, "aw").replace(formulation=formulation, roll_link="rails", Y=y, t_end=1e-4, interval=1e-4, model="hertz",
+                                          table_folder=kept_tables(), stop_at="t_end", judged="no")
+    done = run(case)
+    roll = done.table.geometry([y - step, y + step]).roll.to_numpy()
+    assert done.data.roll_rate.iloc[0] == pytest.approx(case.vY*np.diff(roll)[0]/(2*step), rel=1e-6)
 
 
 @pytest.fixture(scope="module")

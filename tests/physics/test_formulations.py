@@ -242,14 +242,19 @@ def test_unilateral_order(name: str, restitution: float):
 
 
 def test_free_flight_is_the_parabola():
-    case = Case.exercise(1).replace(formulation="unilateral", Z=0.03, vY=0.3, vZ=0.1, roll_rate=0.05, t_end=0.02,
-                                    stop_at="t_end", lateral_force=1e4, lateral_ramp=1e6)
+    """With the loads and speeds of the case, not of the call."""
+    mass, load = 1700.0, 1.2e5
+    case = Case.exercise(1).replace(formulation="unilateral", Z=0.03, vY=0.3, vZ=0.1, roll_rate=0.05, t_end=0.02, stop_at="t_end",
+                                    lateral_force=1e4, lateral_ramp=1e6, mass=mass, vertical_load=load, vX=7.0, pitch=0.4,
+                                    pitch_rate=3.0)
     c = run(case).data
-    t, a = c.time, WEIGHT/MASS
+    t, a = c.time, 9.81 + load/mass
     assert (c.N_LT == 0).all() and (c.P_LT == 0).all()
-    assert np.abs(c.Y - (0.3*t + (1e4*t**2/2 + 1e6*t**3/6)/MASS)).max() < 1e-15
+    assert np.abs(c.Y - (0.3*t + (1e4*t**2/2 + 1e6*t**3/6)/mass)).max() < 1e-15
     assert np.abs(c.Z - (0.03 + 0.1*t - a*t**2/2)).max() < 1e-15
     assert np.abs(c.roll - 0.05*t).max() < 1e-15
+    assert np.abs(c.X - 7*t).max() < 1e-15 and np.abs(c.pitch - 0.4 - 3*t).max() < 1e-15
+    assert np.abs(c.PE_load/(load*c.Z) - 1).max() < 1e-12 and np.abs(c.PE_grav/(mass*9.81*c.Z) - 1).max() < 1e-12
     assert np.abs(c.E_drift).max() < 1e-9
 
 

@@ -160,6 +160,25 @@ def test_a_long_patch_of_the_tread_leaves_the_flange_open(shipped: dict[str, Run
     assert run.results["pmax_RF"] > 5e9 and run.results["pmax_LF"] > 4e9
 
 
+@pytest.mark.parametrize("case", ["ex3_aw", "ex4_sw"])
+def test_the_largest_pressure_is_at_its_place(case: str, shipped: dict[str, Run]):
+    """In the row at that time, and no row at a peak of a force or of Hertz's pressure has a larger one."""
+    run = read_data(shipped[case].file)
+    s, contact = run.results, run.results["pmax_contact"]
+    patch = max(run_patches(run, int(np.abs(run.time - s["t_pmax"]).argmin()), [contact]), key=lambda one: one.largest)
+    assert patch.largest == pytest.approx(s["pmax"], rel=1e-5)
+    peak = patch.track[patch.p.max(axis=0).argmax()]
+    assert np.hypot(*(peak - [s["pmax_y"], s["pmax_z"]])) < 1.5*(patch.s[1] - patch.s[0])
+    for one in CONTACTS:
+        force = run.values(f"N_{one}")
+        # Hertz's pressure grows with N^(1/3) and with the curvature of the place: rows that differ in it, by the contact angle.
+        angle = np.nan_to_num(run.values(f"angle_{one}"))
+        classes = np.digitize(angle, np.radians([5, 20, 40, 55, 65]))
+        for k in {int(np.where(classes == c, force, 0).argmax()) for c in np.unique(classes[force > 0])}:
+            for found in run_patches(run, k, [one], 24):
+                assert found.largest < 1.03*s["pmax"], (one, k)
+
+
 def test_a_finer_grid_changes_little(run: RunData):
     k = run.first_interval("LF").top
     assert k is not None

@@ -9,7 +9,8 @@ SECTIONS = "halfspace", "models", "merged", "bodies", "linear", "conicity", "par
     "integration", "answers", "pressure", "sensitivity", "unknown", "measured", "stiffness", "manchester"
 # Tests run these, with fewer cases and poses where a section takes `short`.
 TESTED: dict[str, dict[str, bool]] = {
-    "halfspace": {}, "quasistatic": {"short": True}, "integration": {"short": True}, "manchester": {"short": True}}
+    "halfspace": {}, "quasistatic": {"short": True}, "integration": {"short": True}, "answers": {"short": True},
+    "manchester": {"short": True}}
 
 
 @dataclass(frozen=True)
