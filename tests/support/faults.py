@@ -1,21 +1,30 @@
-"""Faults that programs can have, put into sources by rules, and the blocks of statements that a test may run."""
+"""Faults that programs have, put into statements of Fortran and Python by rules, and marks that tell which statements are reached."""
 from __future__ import annotations
 
 import ast
+import keyword
 import re
 from collections.abc import Iterator
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import NamedTuple
 
-# A word of a pair stands for the other one: sides, parts of wheels and rails, axes, extremes.
-PAIRS = [("left", "right"), ("Left", "Right"), ("LF", "RF"), ("LT", "RT"), ("L", "R"), ("tread", "flange"), ("y", "z"), ("Y", "Z"),
-         ("vY", "vZ"), ("Fy", "Fz"), ("wheel", "rail"), ("first", "last"), ("min", "max"), ("minval", "maxval"),
-         ("minloc", "maxloc"), ("argmin", "argmax"), ("minimum", "maximum"), ("any", "all"), ("sin", "cos"), ("floor", "ceiling")]
-OTHER = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
-TURNED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "==": "!=", "!=": "==", "in": "not in", "not in": "in", "is": "is not",
-          "is not": "is", "and": "or", "or": "and", "+": "-", "-": "+", ".and.": ".or.", ".or.": ".and."}
-SYMMETRIC = {"max", "min", "isclose", "isinstance", "issubclass", "getattr", "setattr", "hasattr", "range", "merge"}
-IDLE = {"strict", "stacklevel", "frozen", "slots", "repr", "kw_only", "maxsize", "encoding", "check"}     # words of calls that no result shows
+# A word stands for the other one of its pair: sides, parts of wheels and rails, axes, extremes.
+PAIRS = ("left right, Left Right, LF RF, LT RT, L R, tread flange, y z, Y Z, vY vZ, Fy Fz, wheel rail, first last, min max, minval maxval, "
+         "minloc maxloc, argmin argmax, minimum maximum, any all, sin cos, floor ceiling, True False, .true. .false.")
+OTHER = {one: other for pair in PAIRS.split(", ") for one, other in (pair.split(), pair.split()[::-1])}
+TURNED = {one: other for pair in ("< >", "<= >=", "== !=", "== /=", "in not in", "is is not", "and or", "+ -", ".and. .or.")
+          for one, other in (pair.split(" ", 1), pair.split(" ", 1)[::-1])} | {"==": "!="}
+SYMMETRIC = {"max", "min", "isclose", "isinstance", "getattr", "setattr", "hasattr", "range", "merge", "if", "while"}
+IDLE = {"strict", "stacklevel", "frozen", "slots", "repr", "kw_only", "maxsize", "check"}      # arguments of calls that no result shows
+NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?:_\w+)?"
+TOKENS = {suffix: re.compile(rf"{strings}|{NUMBER}|\w+|\*\*=?|//=?|=>|->|::|[<>=/!:+\-*|&%]=|[^\s\w]|\n".encode()) for suffix, strings in {
+    ".f90": r"""'(?:[^']|'')*'|"[^"]*"|![^\n]*|& *(?:![^\n]*)?\n *&?|\.[a-z]+\.""",
+    ".py": r'''[rbf]{0,2}(?:"{3}(?:[^\\]|\\[\s\S])*?"{3}|"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')|#[^\n]*|\\\n|not\s+in\b|is\s+not\b''',
+}.items()}
+CALLS = {"call", "return", "exit", "cycle", "write", "read", "allocate", "deallocate", "open", "close", "inquire"}
+OUTSIDE = {"def", "class", "import", "from", "@", "async", "global", "nonlocal", "assert", "else", "try", "finally", "except", "pass",
+           "TYPE_CHECKING"}
+EXECUTED = {"simple", "if", "elseif", "while", "do"}
 
 
 class Change(NamedTuple):
@@ -26,349 +35,255 @@ class Change(NamedTuple):
     new: str
     rule: str
 
-
-def other_word(word: str) -> str:
-    """The word with a part that has a counterpart exchanged, `load_left` for `load_right`; nothing where no part has one."""
-    parts = re.split(r"(_|\W+)", word)
-    known = [k for k, part in enumerate(parts) if part in OTHER]
-    return "".join(OTHER[part] if k == known[0] else part for k, part in enumerate(parts)) if known else ""
-
-
-def other_number(text: str) -> list[str]:
-    """An integer less and more by one; another number a tenth larger."""
-    if re.fullmatch(r"\d+", text):
-        return [str(int(text) + 1), *([str(int(text) - 1)] if int(text) > 0 else [])]
-    number, _, kind = text.partition("_")
-    value = float(number.lower().replace("d", "e"))
-    new = f"{1.1*value:.6g}" if value else "1.0"
-    return [new + ".0"*new.isdecimal() + (f"_{kind}" if kind else "")]
-
-
-def blocks(tree: ast.Module) -> list[tuple[ast.AST, list[ast.stmt]]]:
-    """The sequences of statements in which all run if the first does, and the node from which each is entered."""
-    return [(node, body) for node in ast.walk(tree) if not isinstance(node, ast.Module | ast.ClassDef | ast.With)
-            for body in (getattr(node, name, None) for name in ("body", "orelse", "finalbody", "handlers"))
-            if isinstance(body, list) and body and isinstance(body[0], ast.stmt)]
-
-
-def starts_of_lines(source: bytes) -> list[int]:
-    return [0, *accumulate(len(line) for line in source.splitlines(keepends=True))]
-
-
-def block_at(tree: ast.Module, source: bytes, at: int) -> int | None:
-    """Which of the blocks has the byte, the innermost; those of a function have its head, too."""
-    lines, found = starts_of_lines(source), []
-    for k, (node, body) in enumerate(blocks(tree)):
-        first = node if isinstance(node, ast.FunctionDef) else body[0]
-        start = lines[first.lineno - 1] + first.col_offset
-        end = lines[body[-1].end_lineno - 1] + body[-1].end_col_offset
-        if start <= at < end:
-            found.append((end - start, k))
-    return min(found)[1] if found else None
-
-
-def python_faults(source: bytes) -> Iterator[Change]:
-    """Faults of a Python source, outside of annotations, decorators, docstrings and calls that no result depends on."""
-    tree, lines = ast.parse(source), starts_of_lines(source)
-    words = set(re.findall(r"\w+", source.decode()))
-    parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
-
-    def begin(node: ast.AST) -> int:
-        return lines[node.lineno - 1] + node.col_offset
-
-    def end(node: ast.AST) -> int:
-        return lines[node.end_lineno - 1] + node.end_col_offset
-
-    def text(start: int, stop: int) -> str:
-        return source[start:stop].decode()
-
-    def between(one: ast.AST, two: ast.AST, sign: str) -> int | None:
-        found = re.search(rf"(?<![\w*/<>=!]){re.escape(sign)}(?![\w*/<>=])".replace(" ", r"\s+"), text(end(one), begin(two)))
-        return end(one) + found.start() if found else None
-
-    def left_out(node: ast.AST) -> bool:
-        above = parents.get(node)
-        return above is not None and (
-            any(node is part or part == node for part in (getattr(above, "annotation", None), getattr(above, "returns", None)))
-            or node in getattr(above, "decorator_list", ()) or (isinstance(above, ast.keyword) and above.arg in IDLE)
-            or (isinstance(above, ast.Expr) and isinstance(node, ast.Constant)) or isinstance(node, ast.Import | ast.ImportFrom)
-            or getattr(getattr(node, "test", None), "id", "") == "TYPE_CHECKING" or left_out(above))
-
-    signs = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.And: "and", ast.Or: "or", ast.Lt: "<", ast.Gt: ">",
-             ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=", ast.In: "in", ast.NotIn: "not in", ast.Is: "is",
-             ast.IsNot: "is not"}
-    for node in ast.walk(tree):
-        if not hasattr(node, "lineno") or left_out(node):
-            continue
-        start, stop = begin(node), end(node)
-        if isinstance(parents.get(node), ast.FormattedValue | ast.JoinedStr) and not isinstance(node, ast.Name):
-            continue        # places inside texts with values are not exact before Python 3.12
-        if isinstance(node, ast.BinOp) and type(node.op) in signs:
-            sign = signs[type(node.op)]
-            at = between(node.left, node.right, sign)
-            if at is None or any(isinstance(side, ast.JoinedStr | ast.List | ast.Tuple) or isinstance(getattr(side, "value", 0), str)
-                                 for side in (node.left, node.right)):
-                continue
-            one, two = text(start, at).rstrip(), text(at + 1, stop).lstrip()
-            if sign in TURNED:
-                yield Change(at, at + 1, TURNED[sign], "sign")
-            if sign in "-/" and one != two:
-                yield Change(start, stop, f"{two}{text(at, at + 1).join('  ') if sign == '-' else sign}{one}", "operands")
-            yield Change(start, stop, one, "term")
-            if sign in "+*":
-                yield Change(start, stop, two, "term")
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            yield Change(start, start + 1, "", "sign")
-        elif isinstance(node, ast.Compare | ast.BoolOp):
-            first, second, sign = ((node.left, node.comparators[0], signs[type(node.ops[0])]) if isinstance(node, ast.Compare)
-                                   else (*node.values[:2], signs[type(node.op)]))
-            if (at := between(first, second, sign)) is not None:
-                yield Change(at, at + len(sign), TURNED[sign], "comparison" if isinstance(node, ast.Compare) else "and, or")
-        elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
-            yield Change(start, stop, str(not node.value), "constant")
-        elif isinstance(node, ast.Constant) and isinstance(node.value, int | float) and re.fullmatch(r"[\d.]+(e-?\d+)?", text(start, stop)):
-            yield from (Change(start, stop, new, "constant") for new in other_number(text(start, stop)))
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and (new := other_word(text(start, stop))):
-            yield Change(start, stop, new, "side")
-        elif isinstance(node, ast.Name | ast.Attribute):
-            name = getattr(node, "id", getattr(node, "attr", ""))
-            if isinstance(node.ctx, ast.Load) and text(stop - len(name), stop) == name and other_word(name) in words - {name}:
-                yield Change(stop - len(name), stop, other_word(name), "side")
-        elif isinstance(node, ast.Call) and len(node.args) > 1 and getattr(node.func, "id", "") not in SYMMETRIC:
-            one, two = node.args[:2]
-            if all(isinstance(side, ast.Name | ast.Attribute | ast.Subscript) for side in (one, two)) and ast.dump(one) != ast.dump(two):
-                yield Change(begin(one), end(two), text(begin(two), end(two)) + text(end(one), begin(two)) + text(begin(one), end(one)),
-                             "operands")
-        elif (isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant)) or isinstance(node, ast.AugAssign | ast.Raise | ast.Continue | ast.Break) or (
-                isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Attribute | ast.Subscript)):
-            yield Change(start, stop, "pass", "statement")
-        for test in [getattr(node, "test", None), *getattr(node, "ifs", ())] if not isinstance(node, ast.Assert) else []:
-            if test is not None:
-                yield Change(begin(test), end(test), f"not ({text(begin(test), end(test))})", "condition")
+    def of(self, source: bytes) -> bytes:
+        return source[:self.start] + self.new.encode() + source[self.end:]
 
 
 class Statement(NamedTuple):
-    """A statement of a Fortran source: its whole lines, and its code without comments and ends of lines, with the place of each token."""
+    """Whole lines of a source, and the words of their code with their places."""
 
+    kind: str                   # simple, if, elseif, while, do, parameter, or another one without faults
+    words: list[str]
+    places: list[tuple[int, int]]
     start: int
     end: int
-    kind: str                               # simple, if, elseif, while, do, parameter, or another one
-    tokens: list[tuple[str, int, int]]
 
-
-TOKEN = re.compile(rb"""'(?:[^']|'')*'|"[^"]*"|![^\n]*|&[ ]*(?:!.*)?\n[ ]*&?|\.\w+\.|(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?:_\w+)?|\w+
-                        |\*\*|//|[<>=/]=|=>|::|[^\s\w]|\n""", re.VERBOSE)
-SIMPLE = {"call", "return", "exit", "cycle", "write", "read", "allocate", "deallocate", "open", "close", "inquire", "nullify"}
-EXECUTED = {"simple", "if", "elseif", "while", "do"}
-CLOSED = {"end", "endif", "enddo", "else", "elsewhere", "case", "class", "type", "contains", "module", "program", "subroutine", "function"}
-
-
-def closing(tokens: list[tuple[str, int, int]], k: int) -> int:
-    """The place of the parenthesis that closes the one at place k."""
-    depth = 0
-    for n in range(k, len(tokens)):
-        depth += (tokens[n][0] in "([") - (tokens[n][0] in ")]")
-        if not depth:
-            return n
-    return k
-
-
-def statements(source: bytes) -> Iterator[Statement]:
-    """The statements of a Fortran source, those of `where` constructs as another kind, for no branch may stand there."""
-    tokens, start, where = [], 0, False
-    for found in TOKEN.finditer(source.rstrip() + b"\n"):
-        word = found[0].decode()
-        if word != "\n":
-            if word[0] not in "!&":
-                tokens.append((word, found.start(), found.end()))
-            continue
-        if tokens:
-            words = [token[0].lower() for token in tokens]
-            kind, first = "other", words[2] if words[1:2] == [":"] else words[0]
-            last = closing(tokens, 1) if words[1:2] == ["("] else 0
-            if {"function", "subroutine"} & set(words):
-                kind = "procedure"
-            elif "::" in words:
-                kind = "parameter" if "parameter" in words[:words.index("::")] else "declaration"
-            elif ";" in words or where or words[0][0] == "#":
-                where = where and words[:2] != ["end", "where"]
-            elif first == "where" and last == len(words) - 1:
-                where = True
-            elif first == "if":
-                kind = "if" if words[-1] == "then" else "simple"
-            elif words[:2] == ["else", "if"]:
-                kind = "elseif"
-            elif first == "do":
-                kind = "while" if "while" in words else "do" if "=" in words else "other"
-            elif first in SIMPLE or (first not in CLOSED and ("=" in words or "=>" in words) and words[1] in ("=", "=>", "%", "(")
-                                     and first not in ("select", "associate", "block", "use", "where")):
-                kind = "simple"
-            yield Statement(start, found.end(), kind, tokens)
-        tokens, start = [], found.end()
-
-
-def fortran_faults(source: bytes, one: Statement, known: set[str]) -> Iterator[Change]:
-    """Faults of a statement of a source that has the known words."""
-    if one.kind not in EXECUTED | {"parameter"}:
-        return
-    tokens = one.tokens
-    words = [token[0] for token in tokens]
-    first = words.index("::") + 1 if one.kind == "parameter" else 0
-
-    def operand(k: int, way: int) -> int:
-        """The last token of the operand that begins beside token k: a name with its parts and arguments, a number, or parentheses."""
-        n, depth = k + way, 0
-        while 0 <= n < len(words):
-            depth += (words[n] in "([") - (words[n] in ")]")
-            if depth*way < 0:
-                break
-            after = words[n + way] if 0 <= n + way < len(words) else ""
-            joined = after == "%" or words[n] == "%" or (
-                (after[:1] in ("(", "[") and re.match(r"\w", words[n])) if way > 0 else
-                (words[n] in ("(", "[") and re.match(r"\w", after)))
-            if not depth and not joined:
+    def close(self, k: int, way: int = 1) -> int:
+        """The place of the parenthesis that belongs to that at place k."""
+        depth = 0
+        for n in range(k, len(self.words) if way > 0 else -1, way):
+            depth += (self.words[n] in "([{") - (self.words[n] in ")]}")
+            if not depth:
                 return n
-            n += way
-        return n - way
+        return k
 
-    def text(a: int, b: int) -> str:
-        return source[tokens[a][1]:tokens[b][2]].decode()
-
-    for k, (word, start, stop) in enumerate(tokens):
-        before, after = words[k - 1] if k else "", words[k + 1] if k + 1 < len(words) else ""
-        if k < first or not after and one.kind == "if":
-            continue
-        if re.match(r"\d", word) and before not in ("_",):
-            yield from (Change(start, stop, new, "constant") for new in other_number(word))
-        elif word in (".true.", ".false."):
-            yield Change(start, stop, ".false." if word == ".true." else ".true.", "constant")
-        elif one.kind == "parameter":
-            continue
-        elif word == ".not.":
-            yield Change(start, stop, "", "condition")
-        elif word in ("+", "-") and after and (before in ("(", "=", ",", "[") or before.startswith(".")):
-            if word == "-":
-                yield Change(start, stop, "", "sign")
-        elif word in ("+", "-", "*", "/") and before and after:
-            left, right = operand(k, -1), operand(k, 1)
-            one_side, two_side = text(left, k - 1), text(k + 1, right)
-            if word in "+-":
-                yield Change(start, stop, TURNED[word], "sign")
-            if word in "-/" and one_side != two_side:
-                yield Change(tokens[left][1], tokens[right][2], f"{two_side} {word} {one_side}", "operands")
-            yield Change(tokens[left][1], tokens[right][2], one_side, "term")
-            if word in "+*":
-                yield Change(tokens[left][1], tokens[right][2], two_side, "term")
-        elif word in ("<", ">", "<=", ">=", "==", "/=", ".and.", ".or."):
-            new = {"==": "/=", "/=": "=="}.get(word) or TURNED[word]
-            yield Change(start, stop, new, "and, or" if word[0] == "." else "comparison")
-        elif (new := other_word(word)) and (word[0] in "'\"" or new in known or new in ("min", "max", "minval", "maxval", "any", "all")):
-            yield Change(start, stop, new, "side")
-        elif after == "(" and re.match(r"[a-z]", word) and word not in SYMMETRIC | {"if", "while"}:
-            comma, last = operand(k + 1, 1) + 1, closing(tokens, k + 1)
-            if words[comma:comma + 1] == [","] and (stop := operand(comma, 1)) + 1 <= last and words[stop + 1] in ",)":
-                one_side, two_side = text(k + 2, comma - 1), text(comma + 1, stop)
-                if one_side != two_side and "=" not in words[k:last] and ":" not in one_side + two_side:
-                    yield Change(tokens[k + 2][1], tokens[stop][2], f"{two_side}, {one_side}", "operands")
-    if "if" in words[:2] or one.kind == "while":
-        k = words.index("(")
-        yield Change(tokens[k][2], tokens[closing(tokens, k)][1], f".not. ({text(k + 1, closing(tokens, k) - 1)})", "condition")
-    if one.kind == "simple" and (words[0] in ("if", "call", "cycle", "exit") or words.count(words[0]) > 1):
-        yield Change(tokens[0][1], tokens[-1][2], "continue", "statement")
+    def split(self, sign: str, first: int = 0) -> list[int]:
+        """The places of a sign that stands in no parentheses."""
+        found, k = [], first
+        while k < len(self.words):
+            if self.words[k] == sign:
+                found.append(k)
+            k = self.close(k) + 1
+        return found
 
 
-def leaders(found: list[Statement]) -> list[int]:
-    """For each statement that one whose execution tells that it is reached."""
-    lead, above = list(range(len(found))), []
+def statements(source: bytes, suffix: str) -> list[Statement]:
+    """The statements of a source. Those in the construct `where` and below directives, where no branch may stand, are of another kind."""
+    found, words, places, start, depth, where, directed = [], [], [], 0, 0, False, False
+    for token in TOKENS[suffix].finditer(source.rstrip() + b"\n"):
+        word = token[0].decode()
+        if word == "\n" and not depth:
+            if words:
+                one = Statement("other", words, places, start, token.end())
+                kind = fortran_kind(one) if suffix == ".f90" else "other" if OUTSIDE & {words[0], words[-1], *words[1:2]} or all(
+                    part[-1] in "'\"" for part in words) else "simple"
+                where = kind == "where" or (where and words[:2] != ["end", "where"])
+                found.append(one._replace(kind="other" if where or directed else kind))
+                directed = False
+            words, places, start = [], [], token.end()
+        elif word.startswith(("!$omp atomic", "!$omp parallel")):
+            directed = True
+        elif word[0] not in "\n\\" and not (word[0] in "!&" and suffix == ".f90") and not (word[0] == "#" and suffix == ".py"):
+            words.append(word)
+            places.append(token.span())
+            depth += ((word in "([{") - (word in ")]}"))*(suffix == ".py")
+    return found
+
+
+def fortran_kind(one: Statement) -> str:
+    words = one.words[2:] if one.words[1:2] == [":"] else one.words
+    if {"function", "subroutine", ";"} & set(words):
+        return "other"
+    if "::" in words:
+        return "parameter" if "parameter" in words[:words.index("::")] else "declaration"
+    if words[0] == "where" and one.close(1) == len(words) - 1:
+        return "where"
+    if words[0] == "if":
+        return "if" if words[-1] == "then" else "simple"
+    if words[:2] == ["else", "if"]:
+        return "elseif"
+    if words[0] == "do":
+        return "while" if "while" in words else "do" if "=" in words else "other"
+    assigned = bool(one.split("=") or one.split("=>")) and words[0] not in ("use", "type") and words[1] in ("=", "=>", "%", "(")
+    return "simple" if words[0] in CALLS or assigned else "other"
+
+
+def blocks(tree: ast.Module) -> list[list[ast.stmt]]:
+    """The sequences of statements inside functions of which each begins if the first does, but not those of classes and modules."""
+    return [body for node in ast.walk(tree) if not isinstance(node, ast.Module | ast.ClassDef | ast.With)
+            for body in (getattr(node, name, None) for name in ("body", "orelse", "finalbody"))
+            if isinstance(body, list) and isinstance(body[0] if body else None, ast.stmt)]
+
+
+def marks(source: bytes, suffix: str, found: list[Statement]) -> list[int | None]:
+    """For each statement a number that tells whether it is reached; None outside of functions."""
+    if suffix == ".py":
+        ranges = [(body[-1].end_lineno - body[0].lineno, body[0].lineno, body[-1].end_lineno, k)  # type: ignore[operator]
+                  for k, body in enumerate(blocks(ast.parse(source)))]
+        lines = [source[:one.places[0][0]].count(b"\n") + 1 for one in found]
+        return [min((one for one in ranges if one[1] <= line <= one[2]), default=(0, 0, 0, None))[3] for line in lines]  # type: ignore
+    lead: list[int | None] = []
+    above: list[int | None] = []
     for n, one in enumerate(found):
-        words = [token[0] for token in one.tokens[:2]]
-        if one.kind == "elseif":
-            lead[n] = above[-1]
-        elif one.kind in EXECUTED and n and found[n - 1].kind == "simple" and found[n - 1].tokens[0][0] != "if":
-            lead[n] = lead[n - 1]
+        straight = n and found[n - 1].kind == "simple" and found[n - 1].words[0] != "if"
+        lead.append(above[-1] if one.kind == "elseif" else None if one.kind not in EXECUTED else lead[-1] if straight else n)
         if one.kind == "if":
-            above.append(lead[n])
-        elif words in (["end", "if"], ["endif"]):
+            above.append(lead[-1])
+        elif one.words[:2] == ["end", "if"]:
             above.pop()
     return lead
 
 
+def other_word(word: str) -> str:
+    """The word with its first part that has a counterpart exchanged, `load_left` for `load_right`; nothing where no part has one."""
+    parts = [word] if word in OTHER else re.split(r"(_|\W+)", word)
+    known = [k for k, part in enumerate(parts) if part in OTHER]
+    return "".join(OTHER[part] if k == known[0] else part for k, part in enumerate(parts)) if known else ""
+
+
+def other_number(word: str) -> list[str]:
+    """An integer more and less by one; another number a tenth larger."""
+    number, _, kind = word.partition("_")
+    if number.isdecimal() and not kind:
+        return [str(int(number) + 1), *([str(int(number) - 1)] if int(number) else [])]
+    value = 1.1*float(re.sub("[dD]", "e", number))
+    new = f"{value:.6g}" if value else "1.0"
+    return [new + ".0"*new.isdecimal() + f"_{kind}"*bool(kind)]
+
+
+def faults(source: bytes, one: Statement, suffix: str) -> Iterator[Change]:
+    """The faults that the rules give a statement."""
+    words, places, python = one.words, one.places, suffix == ".py"
+    colons, equals = one.split(":"), one.split("=")
+    noted = python and colons and words[0] not in keyword.kwlist and not (equals and equals[0] < colons[0])
+    begin = words.index("::") + 1 if one.kind == "parameter" else (equals or [len(words)])[0] if noted else 0
+    known = set(re.findall(r"\w+", source[max(one.start - 2000, 0):one.end + 2000].decode(errors="ignore")))
+
+    def operand(k: int) -> bool:
+        return 0 <= k < len(words) and bool(re.search(r"[\w'\"\])}]$", words[k])) and not (python and words[k] in keyword.kwlist)
+
+    def beside(k: int, way: int, chain: bool = False) -> int:
+        """The last word of the operand beside word k: a name with its parts and arguments, a number, parentheses; or a product."""
+        n = k + way
+        while True:
+            n = one.close(n, way) if words[n] in (")]}" if way < 0 else "([{") else n
+            after = words[n + way] if 0 <= n + way < len(words) else ""
+            if after == ("." if python else "%") or (chain and after in ("*", "/", "**")):
+                n += 2*way
+            elif (after in ("(", "[") and operand(n)) if way > 0 else words[n] in ("(", "[") and operand(n - 1):
+                n += way
+            else:
+                return n
+
+    def text(a: int, b: int) -> str:
+        return source[places[a][0]:places[b][1]].decode()
+
+    for k in range(begin, len(words) if one.kind in EXECUTED | {"parameter"} else 0):
+        word, (start, stop), before, after = words[k], places[k], words[k - 1] if k else "", words[k + 1] if k + 1 < len(words) else ""
+        if before == "=" and words[k - 2] in IDLE:
+            continue
+        if re.fullmatch(NUMBER, word):
+            yield from (Change(start, stop, new, "constant") for new in other_number(word))
+        elif one.kind == "parameter":
+            continue
+        elif word in ("not", ".not."):
+            yield Change(start, stop, "", "condition")
+        elif word in ("+", "-", "*", "/") and not operand(k - 1):
+            yield from [Change(start, stop, "", "sign")] if word == "-" else []
+        elif word in ("+", "-", "*", "/") and not any(part[-1] in "'\"" for part in (before, after)):
+            left, right = beside(k, -1, word in "+-"), beside(k, 1, word in "+-")
+            ends, (one_side, two_side) = (places[left][0], places[right][1]), (text(left, k - 1), text(k + 1, right))
+            yield from [Change(start, stop, TURNED[word], "sign")] if word in "+-" else []
+            yield from [Change(*ends, f"{two_side} {word} {one_side}", "operands")] if word in "-/" and one_side != two_side else []
+            yield from (Change(*ends, side, "term") for side in (one_side, two_side)[:1 if word in "-/" else 2])
+        elif (new := TURNED.get(word, "")) and not (word == "in" and (words[0] == "for" or "for" in words[:k])):
+            yield Change(start, stop, new if python or word != "==" else "/=", "and, or" if word.strip(".") in ("and", "or") else "comparison")
+        elif (new := other_word(word)) and before not in ("def", "import") and after != "=" and (
+                word[0] in "rbf.'\"" or new in known | OTHER.keys() and (new in known or len(new) > 2) and words[k - 1:k] != ["."]):
+            yield Change(start, stop, new, "side")
+        if python and word in ("if", "elif", "while") and after != "not":
+            yield Change(places[k + 1][0], places[k + 1][0], "not ", "condition")
+        if after == "(" and re.match("[a-zA-Z]", word) and word not in SYMMETRIC | {*keyword.kwlist}:
+            last = one.close(k + 1)
+            commas = [*(n for n in one.split(",", k + 2) if n < last), last]
+            ends = [(a + 1, b - 1) for a, b in pairwise([k + 1, *commas])][:2]
+            if len(ends) == 2 and all(re.match("[a-zA-Z]", words[a]) and beside(a - 1, 1) == b for a, b in ends) and text(*ends[0]) != text(*ends[1]):
+                yield Change(places[k + 2][0], places[ends[1][1]][1], f"{text(*ends[1])}, {text(*ends[0])}", "operands")
+    whole = places[0][0], places[-1][1]
+    if not python and (one.kind in ("if", "elseif", "while") or (one.kind == "simple" and words[0] == "if")):
+        k = words.index("(")
+        yield Change(places[k][1], places[one.close(k)][0], f".not. ({text(k + 1, one.close(k) - 1)})", "condition")
+    if python and one.kind == "simple" and not noted and (words[0] in ("raise", "continue", "break") or (words[0] not in keyword.kwlist and (
+            any(word[-1] == "=" and word[0] in "+-*/|&" for word in words) or (words[equals[0] - 1] == "]" or "." in words[:equals[0]] if equals
+                                                                             else words[-1] == ")")))):
+        yield Change(*whole, "pass", "statement")
+    if not python and one.kind == "simple" and (words[0] in ("if", "call", "cycle", "exit") or words.count(words[0]) > 1):
+        yield Change(*whole, "continue", "statement")
+
+
 def replaced(text: str, new: dict[str, str]) -> str:
-    """A statement with expressions for names of constants."""
-    if not new:
-        return text
-    source, found = text.encode(), []
-    tokens = [token for token in TOKEN.finditer(source) if token[0][:1] not in b"!&\n"]
-    for k, token in enumerate(tokens):
-        before, after = (tokens[n][0] if 0 <= n < len(tokens) else b"" for n in (k - 1, k + 1))
-        if (name := token[0].decode().lower()) in new and before != b"%" and after not in (b"=", b"("):
-            found.append((token.start(), token.end(), new[name]))
-    for start, end, expression in reversed(found):
-        source = source[:start] + expression.encode() + source[end:]
-    return source.decode()
+    """Fortran with expressions for names of constants."""
+    if new:
+        one, = statements(text.encode(), ".f90") or [None]
+        for k in reversed(range(len(one.words) if one else 0)):
+            if one.words[k].lower() in new and one.words[k - 1:k] != ["%"] and one.words[k + 1:k + 2] not in (["="], ["("]):
+                text = Change(*one.places[k], new[one.words[k].lower()], "").of(text.encode()).decode()
+    return text
 
 
 def part(one: Statement, change: Change) -> tuple[int, int] | None:
-    """The condition or the bound of a loop that has the change; nothing where it is elsewhere."""
-    tokens, depth, k = one.tokens, 0, [token[0] for token in one.tokens].index("=" if one.kind == "do" else "(")
-    bounds = [k] if one.kind == "do" else [k, closing(tokens, k)]
-    for n in range(k + 1, len(tokens)) if one.kind == "do" else ():
-        depth += (tokens[n][0] == "(") - (tokens[n][0] == ")")
-        if tokens[n][0] == "," and not depth:
-            bounds.append(n)
-    ends = [(tokens[k][2], tokens[n][1]) for k, n in pairwise(bounds)]
-    if one.kind == "do":
-        ends.append((tokens[bounds[-1]][2], tokens[-1][2]))
+    """Where the condition or the bound of a loop is that has the change; None where it is elsewhere."""
+    k = one.words.index("=" if one.kind == "do" else "(")
+    bounds = [k, *one.split(",", k + 1), len(one.words)] if one.kind == "do" else [k, one.close(k)]
+    ends = [(one.places[k][1], one.places[n][0] if n < len(one.words) else one.places[-1][1]) for k, n in pairwise(bounds)]
     return next(((start, end) for start, end in ends if start <= change.start and change.end <= end), None)
 
 
-def switched(source: bytes, changes: dict[int, Change], constants: dict[str, str], first_mark: int | None = None) -> bytes:
-    """A Fortran source that has fault k of `changes` where the variable fault_number is k, and expressions for names of constants;
-    with a first mark it notes which statements were reached."""
-    out, found = [], list(statements(source))
-    lead = leaders(found)
+def constant(one: Statement, source: bytes, change: Change) -> tuple[str, str] | None:
+    """The name of the declared Fortran number that has the change, and the changed expression; None for arrays and texts."""
+    k = max((k for k in one.split("=") if one.places[k][0] < change.start), default=0)
+    end = min((n for n in one.split(",", k) if n > k), default=len(one.words)) - 1
+    kind = "".join(one.words[:one.words.index(",")])
+    if kind not in ("real(dp)", "integer") or "[" in one.words[k:end] or not re.match("[a-z]", one.words[k - 1]):
+        return None
+    start, stop = one.places[k + 1][0], one.places[end][1]
+    new = Change(change.start - start, change.end - start, change.new, "").of(source[start:stop]).decode()
+    return one.words[k - 1].lower(), f"real({new}, dp)" if kind == "real(dp)" else f"({new})"
+
+
+def switched(source: bytes, changes: dict[int, Change], first_mark: int | None = None) -> bytes:
+    """A Fortran source that has change k where the variable fault_number is k; with a first mark it notes the statements reached."""
+    found, out, constants = statements(source, ".f90"), [], dict[str, str]()
+    lead, end = marks(source, ".f90", found), 0
+    for one in found:
+        for k, change in changes.items() if one.kind == "parameter" else ():
+            if one.start <= change.start < one.end:
+                name, new = constant(one, source, change)  # type: ignore[misc]
+                constants[name] = f"merge({new}, {constants.get(name, name)}, fault_number == {k})"
     for n, one in enumerate(found):
         mine = {k: change for k, change in changes.items() if one.start <= change.start < one.end and one.kind in EXECUTED}
 
-        def version(k: int, start: int, end: int) -> str:
-            change = mine[k]
-            return replaced((source[start:change.start] + change.new.encode() + source[change.end:end]).decode(), constants)
+        def piece(start: int, end: int, change: Change | None = None) -> str:
+            text = source[start:end]
+            return replaced((Change(change.start - start, change.end - start, change.new, "").of(text) if change else text).decode(), constants)
 
-        def kept(start: int, end: int) -> str:
-            return replaced(source[start:end].decode(), constants)
-
-        if first_mark is not None and one.kind in EXECUTED - {"elseif"} and lead[n] == n:
-            out.append(f"call fault_mark({first_mark + n})\n")
+        out += [source[end:one.start].decode(), f"call fault_mark({first_mark + n})\n" if first_mark is not None and lead[n] == n else ""]
+        end = one.end
         if one.kind not in EXECUTED:
-            out.append(source[one.start:one.end].decode())
+            out.append(source[one.start:end].decode())
         elif one.kind == "simple":
-            branches = [f"if (fault_number == {k}) then\n{version(k, one.start, one.end)}else " for k in mine]
-            out.append("".join(branches).removesuffix(" ") + "\n"*bool(mine) + kept(one.start, one.end) + "end if\n"*bool(mine))
+            branches = [f"if (fault_number == {k}) then\n{piece(one.start, end, change)}else " for k, change in mine.items()]
+            out += [*branches, "\n"*bool(mine), piece(one.start, end), "end if\n"*bool(mine)]
         else:
-            begin = one.start
-            for start, end in sorted({part(one, change) for change in mine.values()}):
-                expression = kept(start, end)
-                for k in mine:
-                    if part(one, mine[k]) == (start, end):
-                        expression = (f"merge({version(k, start, end)}, {expression}, fault_number == {k})" if one.kind == "do" else
-                                      f"((fault_number == {k} .and. ({version(k, start, end)})) .or. (fault_number /= {k} .and. ({expression})))")
-                out += [kept(begin, start), expression]
-                begin = end
-            out.append(kept(begin, one.end))
+            begin, whole = one.start, source[one.start:end]
+            for start, stop in sorted({part(one, change) for change in mine.values()}):  # type: ignore[type-var]
+                text = whole[start - one.start:stop - one.start].decode()
+                for k, change in mine.items():
+                    if part(one, change) == (start, stop):
+                        new = Change(change.start - start, change.end - start, change.new, "").of(source[start:stop]).decode()
+                        text = (f"merge({new}, {text}, fault_number == {k})" if one.kind == "do" else
+                                f"((fault_number == {k} .and. ({new})) .or. (fault_number /= {k} .and. ({text})))")
+                out += [source[begin:start].decode(), text]
+                begin = stop
+            out.append(source[begin:end].decode())
     return re.sub(r"(?m)^((?:module|program) +\w+.*\n)", r"\1  use ldbench_fault\n", "".join(out), count=1).encode()
-
-
-def constant(one: Statement, source: bytes, change: Change) -> tuple[str, str] | None:
-    """The name of the declared number that has the change, and the expression with it; nothing for arrays and texts."""
-    words = [token[0] for token in one.tokens]
-    kind = "".join(words[:words.index(",")])
-    name = max((k for k in range(len(words)) if words[k] == "=" and one.tokens[k][1] < change.start), default=0)
-    depth, last = 0, name + 1
-    while last < len(words) and (depth or words[last] != ","):
-        depth += (words[last] in "([") - (words[last] in ")]")
-        last += 1
-    if kind not in ("real(dp)", "integer") or "[" in words[name:last] or not re.match(r"\w", words[name - 1]):
-        return None
-    start, end = one.tokens[name + 1][1], one.tokens[last - 1][2]
-    new = (source[start:change.start] + change.new.encode() + source[change.end:end]).decode()
-    return words[name - 1].lower(), f"real({new}, dp)" if kind == "real(dp)" else f"({new})"
