@@ -59,7 +59,7 @@ class Picture(NamedTuple):
     says: Says | None = None
     count: int = 1                                                          # of artists on a page, at least
     check: Callable[[World, str, Figure], None] = lambda world, title, figure: None
-    cut: Sequence[str] = ()                                                 # labels of axes that do not show all points, and why
+    cut: Sequence[str] = ()                                                 # what does not show all points, as `walk` has it
 
 
 # Pages of a run ----------------------------------------------------------------------------
@@ -293,8 +293,10 @@ PARTS = ("elements", "contours", "ellipse", "cut", "Hertz", "outline", "crest", 
 
 PICTURES = [
     Picture("sheets", sheets, lambda world: COMPARED, lambda world, title: world.raw(title[:6]), count=15, check=check_sheet),
+    # A wheel is drawn as far as its rail.
     Picture("extras", extras, lambda world: COMPARED, source_of_extras, check=lambda world, title, figure: whole_range(
         source_of_extras(world, title), figure), cut=["outlines"]),
+    # The logarithmic axis of the forces begins at 10 kN.
     Picture("abstract", of_abstract, lambda world: OF_RUNS, lambda world, title: raws_of_several(world), raws_of_several,
             of_pair_or_speed, cut=["N of the left flange [kN]"]),
     Picture("several runs", lambda world: overview_figures([*several(world).values()]), lambda world: OF_RUNS,
@@ -309,6 +311,7 @@ PICTURES = [
                                    study(world)[0], strict=True)),
             lambda label, names, source: label == STUDIED.get(names.of[7:], names.of), 9,
             lambda world, title, figure: check_titles(world, title, figure) if title == "curves" else None),
+    # The fall of a derailment leaves the axes at 25 mm and 300 J, above which the bilateral run comes as well.
     Picture("formulations", outcomes, lambda world: {**COMPARED, "level": compare_level, "shade": compare_shade},
             lambda world, title: None, raws_of_formulations, lambda label, names, source: names.of.partition(" ")[2] == label, 2,
             check_outcomes, cut=["lateral Y [mm]", "vertical Z [mm]", "kinetic energy [J]"]),
