@@ -1,7 +1,7 @@
 """Chromium and the pages that its tests share."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -42,9 +42,9 @@ def written(folder: Path, *files: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def ex5(chromium: Browser, shipped: dict[str, Run], common: Path) -> Path:
+def ex5(chromium: Browser, whole_ramps: Mapping[str, Run], common: Path) -> Path:
     """The page of the longest run."""
-    return written(common/"page_ex5", shipped["ex5_aw"].file)
+    return written(common/"page_ex5", whole_ramps["ex5_aw"].file)
 
 
 @pytest.fixture(scope="session")

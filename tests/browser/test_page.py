@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -160,10 +161,11 @@ def test_left_is_blue_and_right_is_orange(dark: bool, browser: Browser, report: 
 
 # The longest run, of which not all rows are kept -----------------------------------------
 
-def test_a_long_run(browser: Browser, shipped: dict[str, Run], ex5: Path):
+@pytest.mark.slow
+def test_a_long_run(browser: Browser, whole_ramps: Mapping[str, Run], ex5: Path):
     """Kept rows have all digits; between them the table says what is known about the row of that time, never another row; the
     scene has all rows, charts the smallest and largest value of some."""
-    run = shipped["ex5_aw"]
+    run = whole_ramps["ex5_aw"]
     times = run.columns["time"]
     assert run.file.stat().st_size > 90e6 and ex5.stat().st_size < 6e6
     browser.open(ex5)

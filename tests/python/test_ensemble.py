@@ -293,7 +293,7 @@ def test_a_worker_dies_and_nothing_is_lost(tmp_path, table, counted, few_results
     assert found.identical(ldbench.ensemble(case, over, columns=["Y"], tables=[table]))
 
 
-def test_command(tmp_path, capsys, few_results):
+def test_command(tmp_path, capsys):
     short(t_end=1e-3).to_namelist(tmp_path/"case.nml")
     assert main(["ensemble", str(tmp_path/"case.nml"), "--over", "mass=1400,-1", "--over", "vY=0:1:2", "--columns", "Y,N_LF",
                  "-j", "2", "-o", str(tmp_path/"sweep.zarr")]) == 1     # not all is done

@@ -6,6 +6,7 @@ import os
 import pickle
 import sqlite3
 from collections import Counter
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -124,39 +125,36 @@ def test_no_record_is_a_pickle(store: Path):
     assert b"\x80\x04\x95" not in file_of(store).read_bytes()      # the head of a pickle
 
 
-@pytest.mark.parametrize("column", ["facts", "data"])
-def test_a_flipped_bit_is_a_warning_and_its_member_run_again(column: str, store: Path, runs: Counter[str]):
-    whole = sweep(store, columns=["Y"])
-    assert runs["runs"] == 2
-    if column == "facts":
-        query(store, "UPDATE records SET facts = replace(facts, '\"rows\": 1', '\"rows\": 3') WHERE rowid = 1")
-    else:
-        data, = query(store, "SELECT data FROM arrays WHERE name = 'Y' ORDER BY rowid LIMIT 1")[0]
-        flipped = data[:24] + bytes([data[24] ^ 1]) + data[25:]
-        query(store, "UPDATE arrays SET data = ? WHERE data = ?", flipped, data)
-    with pytest.warns(ldbench.Warning) as warned:
-        again = sweep(store, columns=["Y"])
-    assert runs["runs"] == 3 and again.identical(whole)
-    assert [str(one.message) for one in warned] == [f"{file_of(store)}: 1 result is damaged and is computed again"]
-    assert sweep(store, columns=["Y"]).identical(whole) and runs["runs"] == 3       # without another one, which would fail
+def flip_facts(store: Path) -> None:
+    query(store, "UPDATE records SET facts = replace(facts, '\"rows\": 1', '\"rows\": 3') WHERE rowid = 1")
 
 
-def test_an_array_that_is_gone_is_damage(store: Path, runs: Counter[str]):
-    whole = sweep(store, columns=["Y"])
-    query(store, "DELETE FROM arrays WHERE name = 'Y'")
-    with pytest.warns(ldbench.Warning, match="2 results are damaged"):
-        assert sweep(store, columns=["Y"]).identical(whole) and runs["runs"] == 4
+def flip_data(store: Path) -> None:
+    data, = query(store, "SELECT data FROM arrays WHERE name = 'Y' ORDER BY rowid LIMIT 1")[0]
+    query(store, "UPDATE arrays SET data = ? WHERE data = ?", data[:24] + bytes([data[24] ^ 1]) + data[25:], data)
 
 
-def test_a_record_under_the_key_of_another_is_damage(store: Path, runs: Counter[str]):
-    whole = sweep(store)
+def exchange_keys(store: Path) -> None:
     one, two = (key for key, in query(store, "SELECT key FROM records"))
     for table in "records", "arrays":
-        query(store, f"UPDATE {table} SET key = '-' WHERE key = ?", one)
-        query(store, f"UPDATE {table} SET key = ? WHERE key = ?", one, two)
-        query(store, f"UPDATE {table} SET key = ? WHERE key = '-'", two)
-    with pytest.warns(ldbench.Warning, match="2 results are damaged"):
-        assert sweep(store).identical(whole) and runs["runs"] == 4
+        for new, old in ("-", one), (one, two), (two, "-"):
+            query(store, f"UPDATE {table} SET key = ? WHERE key = ?", new, old)
+
+
+@pytest.mark.parametrize(("damage", "damaged"), [
+    (flip_facts, 1), (flip_data, 1), (lambda store: query(store, "DELETE FROM arrays WHERE name = 'Y'"), 2), (exchange_keys, 2)],
+    ids=["a bit of facts", "a bit of data", "arrays gone", "keys exchanged"])
+def test_damage_is_a_warning_and_its_members_run_again(damage: Callable[[Path], object], damaged: int, store: Path,
+                                                       runs: Counter[str]):
+    whole = sweep(store, columns=["Y"])
+    assert runs["runs"] == 2
+    damage(store)
+    with pytest.warns(ldbench.Warning) as warned:
+        again = sweep(store, columns=["Y"])
+    assert runs["runs"] == 2 + damaged and again.identical(whole)
+    words = "1 result is damaged and is" if damaged == 1 else "2 results are damaged and are"
+    assert [str(one.message) for one in warned] == [f"{file_of(store)}: {words} computed again"]
+    assert sweep(store, columns=["Y"]).identical(whole) and runs["runs"] == 2 + damaged      # without a warning, which would fail
 
 
 def test_flipped_bits_of_the_zarr_directory_are_told(store: Path):

@@ -3,8 +3,8 @@
 A part has a folder build/world/<part>-<hash>/made. The hash is that of all that decides what is in it: the executable; for what
 Python makes also the extension, the text of all modules of wrappers, and the versions of Python and of the packages that write;
 and the texts of inputs, profiles and of the modules here that make it. A part is made when the first test asks for it, each for
-itself. Folders of an earlier hash are removed. Several workers take turns by a lock, and a making that was interrupted, or whose
-files have changed since, is made anew.
+itself. Folders of an earlier hash that nobody uses are removed. Several workers take turns by a lock, and a making that was
+interrupted, or whose files have changed since, is made anew.
 
 Tests read what is here; a test that changes something works on a copy.
 """
@@ -21,7 +21,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import IO, TYPE_CHECKING, Generic, TypeVar
 
 from running import CASES, LDBENCH, REPO, Run, read_shipped, run_shipped
 
@@ -83,15 +83,33 @@ def kept(part: str, key: str, make: Callable[[Path], object], *recipe: str) -> P
     with (FOLDER/f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not whole.exists() or json.loads(whole.read_text()) != listed(made):
-            for earlier in FOLDER.glob(f"{name}-*"):
-                if re.fullmatch("[0-9a-f]{16}", earlier.name.removeprefix(f"{name}-")):
+            for earlier in FOLDER.glob(f"{name}-{'[0-9a-f]'*16}"):
+                if earlier == folder or not in_use(earlier):
                     shutil.rmtree(earlier, ignore_errors=True)
             made.mkdir(parents=True)
             make(made)
             scratch = folder/"part"
             scratch.write_text(json.dumps(listed(made)))
             scratch.rename(whole)
+        HELD.append((folder/USED).open("w"))
+        fcntl.flock(HELD[-1], fcntl.LOCK_SH)
     return made
+
+
+USED = "used"                   # a file that is locked while somebody uses the folder
+HELD: list[IO[str]] = []        # those of this process, to its end
+
+
+def in_use(folder: Path) -> bool:
+    """Whether a process uses a part."""
+    try:
+        with (folder/USED).open("r+") as mark:
+            fcntl.flock(mark, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except FileNotFoundError:       # of a making that was interrupted
+        return False
+    except BlockingIOError:
+        return True
+    return False
 
 
 class Parts(Mapping[K, V], Generic[K, V]):

@@ -10,7 +10,6 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -211,16 +210,6 @@ def read_shipped(case: str, folder: Path) -> Run:
     """What run_shipped left in `folder`."""
     file = folder / f"{case}.txt"
     return Run(file, (folder / case / "summary").read_text())
-
-
-def for_all_cases(work: Callable[[str], T]) -> dict[str, T]:
-    """work(case) of the ten cases, the two pairs of profiles side by side; a pair shares its table."""
-    def of_pair(pair: str) -> dict[str, T]:
-        return {case: work(case) for case in CASES if case.endswith(pair)}
-
-    with ThreadPoolExecutor(len(PAIRS)) as pool:
-        found = {case: result for results in pool.map(of_pair, PAIRS) for case, result in results.items()}
-    return {case: found[case] for case in CASES}
 
 
 @contextmanager
