@@ -108,10 +108,13 @@ def test_variables_say_what_they_are(fmus: Path):
             assert name in meant or one.description.endswith(name[-2:])
 
 
-def test_eight_instances_at_once_have_the_same_bits(fmus: Path):
+def test_eight_instances_at_once_have_the_same_bits(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """In one folder, which stays: FMPy changes the working folder of the process while it loads a library."""
+    monkeypatch.chdir(tmp_path)
+    folder = extract(fmus/"wheelset.fmu", tmp_path/"unzipped")
+
     def work(_: int) -> bytes:
-        found = simulate_fmu(fmus/"wheelset.fmu", fmi_type="CoSimulation", stop_time=0.03, output_interval=1e-3,
-                            output=["y", "N_LF"])
+        found = simulate_fmu(folder, fmi_type="CoSimulation", stop_time=0.03, output_interval=1e-3, output=["y", "N_LF"])
         return found.tobytes()
 
     with ThreadPoolExecutor(8) as pool:

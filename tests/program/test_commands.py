@@ -23,7 +23,10 @@ import ldbench
 import shapes
 from ldbench import Case, ContactTable
 from ldbench.__main__ import EXAMPLES, PROGRAM, SHELLS, main, make_parser
+from ldbench.bodies.influence import WAVES
+from ldbench.case import variables
 from ldbench.commands import COMMANDS, module_of
+from ldbench.commands.options import settings
 from ldbench.conicity import FINE_PITCH
 from ldbench.plots.document import case_figures
 from ldbench.report.compare import comparison_figures
@@ -111,6 +114,7 @@ def place(made: Path, undrawn: None, tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("ldbench_round.fingerprint.hertz_table", hertz_table.__wrapped__)
     # Numbers and pages have tests of their own.
     monkeypatch.setattr("ldbench.geometry.pair.FINE_PITCH", 20*FINE_PITCH)
+    monkeypatch.setattr("ldbench.bodies.influence.WAVES", WAVES[::6])
     monkeypatch.setattr("ldbench.plots.document.case_figures", lambda *given: itertools.islice(case_figures(*given), 1))
     monkeypatch.setattr("ldbench.report.compare.comparison_figures", lambda *given: itertools.islice(comparison_figures(*given), 1))
     return folder
@@ -191,6 +195,10 @@ def full_output() -> Iterator[None]:
         os.close(full)
 
 
+needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+
+
+@needs_full
 @pytest.mark.parametrize("command", COMMANDS)
 def test_full_standard_output(command: str, place: Path, capsys: pytest.CaptureFixture[str]):
     """Status 1 and one line, once the work is done: its files are whole. The help cannot be printed either."""
@@ -208,6 +216,7 @@ def test_full_standard_output(command: str, place: Path, capsys: pytest.CaptureF
     assert capsys.readouterr().err == NO_ROOM
 
 
+@needs_full
 def test_full_standard_output_of_the_program(capsys: pytest.CaptureFixture[str]):
     for words in ["--version"], ["--help"], *(["--completion", shell] for shell in SHELLS):
         with full_output():
@@ -215,7 +224,8 @@ def test_full_standard_output_of_the_program(capsys: pytest.CaptureFixture[str])
         assert capsys.readouterr().err == NO_ROOM
 
 
-@pytest.mark.parametrize("words", ["run one.nml --json", "variables", "--completion bash"])
+@needs_full
+@pytest.mark.parametrize("words", ["run one.nml --json", "variables"])
 def test_full_and_closed_standard_output_of_a_process(words: str, tmp_path: Path):
     """Python has nothing to add when the process ends. A reader that goes away is no error: status 141, as a program has that
     SIGPIPE ends, and silence."""
@@ -361,6 +371,16 @@ def test_completion_knows_every_command_and_option(capsys: pytest.CaptureFixture
             main(["--completion", shell])
         said = capsys.readouterr().out
         assert all(command in said for command in COMMANDS) and "simulation" in said and "python -m" not in said
+
+
+def test_values_and_variables_by_name(capsys: pytest.CaptureFixture[str]):
+    """The last value of --set counts, a text with its quotes or without; of the variables those are listed that are asked for."""
+    assert settings(["vY=1", "model='strip'", "initial_vY=2e-1"]) == {"vY": 0.2, "model": "strip"}
+    assert main(["variables", "integrator", "&table", "vY"]) == 0
+    listed = re.findall(r"^(?:&|  )(\w+)", capsys.readouterr().out, re.MULTILINE)
+    known = {group: [variable.name for variable in variables() if variable.group == group] for group in ("integrator", "table")}
+    assert listed == ["initial", "vY", "table", *known["table"], "integrator", *known["integrator"]] or listed == [
+        "initial", "vY", "integrator", *known["integrator"], "table", *known["table"]]
 
 
 def test_pressure_is_that_of_the_nearest_row(place: Path, capsys: pytest.CaptureFixture[str]):

@@ -4,8 +4,6 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
 import shapes
 from running import REPO, header, refusal, rows, run_case, short_case
 
@@ -60,14 +58,16 @@ def told_of(folder: Path, wheel: str, rail: str) -> tuple[bytes, list[str], str]
     return rows(folder/"columns.txt"), header(folder/"columns.txt").splitlines(), " ".join(done.stdout.split())
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_variant_is_the_same_profile(variant, tmp_path):
+def test_variants_are_the_same_profile(tmp_path):
     """The columns, the clearance and the equilibrium of a run are those of the plain text."""
-    write = VARIANTS[variant]
-    assert write(WHEEL) != plain(WHEEL)
-    found = [told_of(tmp_path, *texts) for texts in ((plain(WHEEL), plain(RAIL)), (write(WHEEL), write(RAIL)))]
-    places = [[line for line in lines if line.startswith(("  clearance_left", "  axle_height"))] for _, lines, _ in found]
-    assert found[0][0] == found[1][0] and places[0] == places[1] and len(places[0]) == 2
+    def found(write: Callable[[Points], str]) -> tuple[bytes, list[str]]:
+        columns, lines, _ = told_of(tmp_path, write(WHEEL), write(RAIL))
+        return columns, [line for line in lines if line.startswith(("  clearance_left", "  axle_height"))]
+
+    expected = found(plain)
+    assert len(expected[1]) == 2
+    for name, write in VARIANTS.items():
+        assert write(WHEEL) != plain(WHEEL) and found(write) == expected, name
 
 
 def test_header_and_summary_tell_where_a_profile_is_from(tmp_path):
@@ -99,15 +99,15 @@ BROKEN_LINES = ["12.5 high", "12.5 -3.2S", "12.5", "NaN -3.25", "12.5 Inf", "12.
                 "ProgramName=MiniProf"]
 
 
-@pytest.mark.parametrize(("wrong", "number"), [*((wrong, 307) for wrong in BROKEN_LINES), ("12.5 high", 3), ("12.5", None)])
-def test_broken_line_is_refused_with_its_number(wrong, number, tmp_path):
+def test_broken_lines_are_refused_with_their_number(tmp_path):
     """In the middle, as the first and as the last line."""
-    lines = ["# a wheel", "", *plain(WHEEL).splitlines()]
-    number = number or len(lines) + 1
-    lines.insert(number - 1, wrong)
-    message = message_for("\n".join(lines).encode(), tmp_path)
-    shown = wrong if wrong.isprintable() else "12.5? -3.25"
-    assert f"wheel.yz, line {number}: expected two numbers, y and z in mm, found '{shown}'; convert it: " in message
+    plain_lines = ["# a wheel", "", *plain(WHEEL).splitlines()]
+    for wrong, number in (*((wrong, 307) for wrong in BROKEN_LINES), ("12.5 high", 3), ("12.5", len(plain_lines) + 1)):
+        lines = plain_lines.copy()
+        lines.insert(number - 1, wrong)
+        message = message_for("\n".join(lines).encode(), tmp_path)
+        shown = wrong if wrong.isprintable() else "12.5? -3.25"
+        assert f"wheel.yz, line {number}: expected two numbers, y and z in mm, found '{shown}'; convert it: " in message
 
 
 def in_unit(millimetres: float) -> Points:
@@ -141,7 +141,8 @@ BROKEN_FILES: dict[str, tuple[bytes | None, str]] = {
 }
 
 
-@pytest.mark.parametrize("broken", BROKEN_FILES)
-def test_broken_file_is_refused(broken, tmp_path):
-    content, words = BROKEN_FILES[broken]
-    assert words in message_for(content, tmp_path)
+def test_broken_files_are_refused(tmp_path):
+    for name, (content, words) in BROKEN_FILES.items():
+        folder = tmp_path/name
+        folder.mkdir()
+        assert words in message_for(content, folder), name

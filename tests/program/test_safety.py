@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from running import HANG
+from running import HANG, bare_environment
 
 # Modules that the command imports, early and late: of Python's library, numpy, those of other packages, and our second package.
 IMPORTED = "argparse", "logging", "difflib", "hashlib", "numpy", "pandas", "ldbench_round"
@@ -24,7 +24,8 @@ def folder(tmp_path: Path) -> Path:
 
 def test_modules_of_the_working_folder_are_not_imported(folder: Path):
     """By the command that imports most of them: what the package imports at its start, numpy, pandas, and our second package."""
-    done = subprocess.run([sys.executable, "-m", "ldbench", "check", "."], cwd=folder, capture_output=True, text=True, timeout=HANG)
+    done = subprocess.run([sys.executable, "-m", "ldbench", "check", "."], cwd=folder, capture_output=True, text=True, timeout=HANG,
+                          env=bare_environment())
     assert not (folder/"run").exists(), done.stderr
     assert done.returncode == 1 and "Traceback" not in done.stderr and "ex2_aw" in done.stdout + done.stderr
 
