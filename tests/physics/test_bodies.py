@@ -11,14 +11,13 @@ import pytest
 from scipy.special import iv
 
 import ldbench
-import shapes
 from ldbench import Case, ContactTable, Run, bodies
 from ldbench.__main__ import main
 from ldbench.bodies import influence, sections
 from ldbench.bodies.elements import influences
 from ldbench.bodies.mesh import make_mesh
 from ldbench.bodies.sections import ARC, PARTS, WIDTH, Section
-from probes import MASS, MIRROR, MODERN, ROLL_INERTIA, probe, text
+from probes import MASS, ROLL_INERTIA, probe, text
 from running import PAIRS, REPO, Run as Shipped, kept_tables, refusal, rows, short_case
 
 POISSON = 0.28
@@ -167,13 +166,6 @@ def test_energy_is_kept(run: Run):
     assert np.abs(run.data.E_drift).max() < 1e-9*kinetic
     assert run.table.solutions[0] > 0 and run.table.solutions[2] == 0
     assert all(rms < 3e-3 for rms, _ in run.header.table_errors.values()), run.header.table_errors
-
-
-def test_mirrored_input_gives_mirrored_rows(run: Run):
-    other = ldbench.run(run.case.replace(vY=-run.case.vY, roll_rate=-run.case.roll_rate), table=run.table)
-    for names in POSE, RATES:
-        assert np.array_equal(run.data[names].to_numpy(), other.data[names].to_numpy()*MIRROR)
-    assert np.array_equal(run.data.N_LF, other.data.N_RF) and np.array_equal(run.data.E_total, other.data.E_total)
 
 
 def test_bodies_soften_the_first_impact(run: Run, shipped: dict[str, Shipped], tmp_path: Path):
@@ -329,27 +321,3 @@ def test_a_short_profile_is_refused():
     line = np.column_stack([np.linspace(0, 0.01, 20), np.zeros(20)])
     with pytest.raises(ldbench.Error, match=r"expected a profile of at least 12 mm, found 10\.0 mm"):
         sections.section("wheel", line, "infinite", 0.05)
-
-
-# Bodies of others' profiles
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("pair", ["S1002 on 60E1", "measured"])
-def test_two_commands_for_any_pair(pair: str, run: Run, tmp_path: Path):
-    """`bodies`, then `run`. Profiles measured with noise of 10 um have the first peak of the clean ones within 1 %."""
-    case = Case.exercise(2, "aw").replace(MODERN if pair == "S1002 on 60E1" else {"table_folder": ""}, stop_at="t_end", t_end=0.03)
-    if pair == "measured":
-        for kind, name in ("wheel", "awprof"), ("rail", "arprof"):
-            points = shapes.noisy(shapes.shape(name), 0.01, 4)
-            (tmp_path/f"{kind}.mpt").write_text(shapes.miniprof(points, kind))
-            case = case.replace({f"{kind}_profile": str(tmp_path/f"{kind}.mpt")})
-    case.to_namelist(tmp_path/"case.nml")
-    assert main(["bodies", str(tmp_path/"case.nml"), "-o", str(tmp_path/"made")]) == 0
-    assert main(["run", str(tmp_path/"case.nml"), "--set", "influence=bodies", "--set", f"bodies={tmp_path/'made'}",
-                 "-o", str(tmp_path/"columns.txt")]) == 0
-    struck = ldbench.read_run(tmp_path/"columns.txt").results["first_peak_N_LF"]
-    if pair == "measured":
-        assert struck == pytest.approx(run.results["first_peak_N_LF"], rel=0.01)
-    else:
-        assert 0.75 < struck/ldbench.run(case).results["first_peak_N_LF"] < 0.9

@@ -42,12 +42,6 @@ def table(pair: str) -> ContactTable:
     return ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables()))
 
 
-@pytest.fixture(scope="module")
-def strips(pair: str) -> ContactTable:
-    """A table with the strips' contact law."""
-    return ContactTable(Case.exercise(2, pair).replace(model="strip", table_folder=kept_tables()))
-
-
 @pytest.mark.parametrize("shapes", [*PAIRS, "s1002"])
 def test_zones_tile_the_wheel(shapes: str):
     """Between 2 and 6 zones from the rim face to behind the flange's tip, each longer than 1 mm, the flange's last."""
@@ -199,43 +193,3 @@ def test_forces_and_stiffness_are_derivatives(table: ContactTable, random_poses:
         wheels, all_four = clear[:, ::2] & clear[:, 1::2], clear.all(axis=1)
         assert wheels.mean() > 0.9 and force[wheels].max() < 1e-7 and np.median(force[wheels & (state.energy > 0)]) < 1e-9
         assert all_four.mean() > 0.9 and stiffness[all_four].max() < 1e-7 and np.median(stiffness[all_four]) < 1e-9
-
-
-@pytest.mark.parametrize("pair", HEAVY, indirect=True)
-def test_potential_is_c2(pair: str, table: ContactTable):
-    """Across the knots of the table the Hessian is continuous: its changes shrink with the step."""
-    head = Pendulum.of(pair).centre
-    start = np.array([0, table.rigid_height]) - head
-
-    def largest_change(n: int) -> np.ndarray:
-        # The left wheel slides along its tread, turns about the rail head and bobs; the right one is up.
-        share = np.linspace(0, 1, n)
-        roll = -2e-3 - 26e-3*share
-        slide, depth = -10e-3*share, 1e-4*(1 + 0.5*np.sin(3*share))
-        centre = start + np.outer(slide, [np.cos(TAPER), np.sin(TAPER)]) \
-            + np.outer(depth, [np.sin(TAPER), -np.cos(TAPER)])
-        state = States(table, np.column_stack([head + turned(centre, roll), roll]))
-        assert ((state.force > 0) == [True, False, False, False]).all()
-        return np.abs(np.diff(state.hessian, axis=0)).max(axis=0)
-
-    ratio = largest_change(501)/largest_change(8001)
-    assert (ratio > 12).all(), ratio      # 16 for a bounded third derivative, 1 for a jump
-
-
-@pytest.mark.parametrize("pair", HEAVY, indirect=True)
-@pytest.mark.parametrize("stage", ["running", "overturning"])
-def test_forces_where_runs_come(stage: str, pair: str, strips: ContactTable, shipped: dict[str, Run]):
-    """They are those of direct evaluation in poses of the runs, and of overturning beyond 40 mrad in exercise 5, from which no
-    run comes back. `make validate` tells the half-spaces' error."""
-    rng, chosen = np.random.default_rng(5), []
-    for exercise in (2, 3, 5) if stage == "running" else [5]:
-        run = shipped[f"ex{exercise}_{pair}"]
-        c, q = run.columns, poses(run)
-        touching = np.concatenate([q[(c["N_LT"] + c["N_LF"]) > 0], (q*MIRROR)[(c["N_RT"] + c["N_RF"]) > 0]])
-        over = np.abs(touching[:, 2]) > 0.04
-        chosen.append(rng.choice(touching[over == (stage == "overturning")], 100))
-    error, _ = strips.errors(*np.concatenate(chosen).T)
-    # Some twice what was measured, of max(|F|, 5 kN). Cells follow the kinks of h on upright wheelsets alone; h bends sharply where
-    # the tread touches crown and corner at once.
-    largest, rms = (2e-2, 6e-4) if stage == "running" else (0.2, 2e-2)
-    assert error.max() < largest and np.sqrt(np.mean(error**2)) < rms

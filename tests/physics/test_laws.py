@@ -1,7 +1,7 @@
 """The laws that the contact is built of: Hertz, curves through points, tensor splines."""
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline, NdBSpline
+from scipy.interpolate import CubicSpline
 
 import round_profiles
 from ldbench._core import flat
@@ -97,7 +97,8 @@ def test_noise_of_points_far_apart_is_not_known():
 
 AXES = ((-1.0, 2.0, 0.3, 0.25), (0.0, 1.5, 0.0, 0.0), (-0.5, 0.5, 0.0, 0.1))    # first, last, centre, scale
 POINTS = 12, 17, 14
-DERIVATIVES = [(), (0,), (1,), (2,), (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]      # in the order of spline_values
+SPACE = "", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz"      # derivatives in the order of spline_values
+PLANE = "", "x", "y", "xx", "xy", "yy"
 
 
 def axis_points(n: int, first: float, last: float, centre: float, scale: float) -> np.ndarray:
@@ -107,64 +108,45 @@ def axis_points(n: int, first: float, last: float, centre: float, scale: float) 
     return centre + scale*np.sinh(np.linspace(np.arcsinh((first - centre)/scale), np.arcsinh((last - centre)/scale), n))
 
 
-def local_sums(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The knots of the cubic spline on an axis, and the matrix that makes its coefficients from values at the points of the axis:
-    the blossoms, at three knots, of the parabolas through the three nearest points."""
-    n = len(axis)
-    t = np.concatenate([axis[0] + np.arange(-3, 0)*(axis[1] - axis[0]), axis, axis[-1] + np.arange(1, 4)*(axis[-1] - axis[-2])])
-    sums = np.zeros((n + 2, n))
-    for k in range(n + 2):
-        first = np.clip(k - 2, 0, n - 3)
-        a, b, c = t[k + 1:k + 4]
-        blossom = np.array([1, (a + b + c)/3, (a*b + a*c + b*c)/3])
-        sums[k, first:first + 3] = blossom @ np.linalg.inv(np.vander(axis[first:first + 3], increasing=True))
-    return t, sums
+AXIS_POINTS = [axis_points(n, *axis) for n, axis in zip(POINTS, AXES, strict=True)]
 
 
-def test_a_spline_is_any_given_cubic_and_changes_near_a_changed_value_alone():
-    axes = [axis_points(n, *axis) for n, axis in zip(POINTS, AXES, strict=True)]
-    x, y, z = np.meshgrid(*axes, indexing="ij")
-    f = (x**3 - 2*x)*(1 + y**2 - y**3)*(z**3 + z)
-    points = np.random.default_rng(4).uniform(*[[axis[2] for axis in axes], [axis[-3] for axis in axes]], (200, 3))
-
-    def values(f: np.ndarray) -> np.ndarray:
-        return probe("spline_values", stdin="".join(f"{len(axis)}\n{text(axis[None])}" for axis in axes)
-                     + text(f.ravel(order="F")[:, None]) + text(points))[:, 0]
-
-    u, v, w = points.T
-    assert np.abs(values(f) - (u**3 - 2*u)*(1 + v**2 - v**3)*(w**3 + w)).max() < 1e-12*np.abs(f).max()
-    changed = f.copy()
-    changed[5, 8, 6] += 1
-    far = np.abs(np.searchsorted(axes[0], u) - 5.5) > 3
-    moved = np.abs(values(changed) - values(f)) > 0
-    assert moved.any() and not moved[far].any() and far.any()
+def splines(f: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The spline of values at AXIS_POINTS and its derivatives, see spline_values."""
+    return probe("spline_values", stdin="".join(f"{len(axis)}\n{text(axis[None])}" for axis in AXIS_POINTS)
+                 + text(f.ravel(order="F")[:, None]) + text(points))
 
 
-def test_tensor_spline():
-    """Value, gradient and Hessian in space and in a plane are those that SciPy has of the spline with the same coefficients, at
-    random points and at both sides of every knot."""
-    axes = [axis_points(n, *axis) for n, axis in zip(POINTS, AXES, strict=True)]
+@pytest.mark.parametrize(("factors", "ends"), [
+    (([0, -2, 0, 1], [1, 0, 1, -1], [0, 1, 0, 1]), 2), (([1, 2, -1], [3, -1, 1], [1, 1, 2]), 0)], ids=["cubic", "parabola"])
+def test_a_spline_is_the_given_polynomial(factors: tuple[list[float], ...], ends: int):
+    """With all its derivatives in space and in a plane, at random points and on both sides of every knot: any cubic but beside the
+    ends of an axis, and any parabola everywhere."""
     random = np.random.default_rng(3)
-    f = random.normal(size=POINTS)
-    points = random.uniform(*np.array([axis[:2] for axis in AXES]).T, (300, 3))
-    for i, axis in enumerate(axes):
-        beside = np.concatenate([axis[1:-1] - 1e-12, axis[1:-1] + 1e-12])
-        points[100*i:100*i + len(beside), i] = beside
-    found = probe("spline_values", stdin="".join(f"{len(axis)}\n{text(axis[None])}" for axis in axes)
-                  + text(f.ravel(order="F")[:, None]) + text(points))
+    points = random.uniform(*np.transpose([(axis[ends], axis[-1 - ends]) for axis in AXIS_POINTS]), (300, 3))
+    for i, axis in enumerate(AXIS_POINTS):
+        knots = axis[1 + ends:len(axis) - 1 - ends]
+        points[100*i:100*i + 2*len(knots), i] = np.concatenate([knots - 1e-12, knots + 1e-12])
+    polynomials = [np.polynomial.Polynomial(factor) for factor in factors]
+    at = [polynomial(axis) for polynomial, axis in zip(polynomials, AXIS_POINTS, strict=True)]
 
-    def exact(values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Derivatives by the number of times that a point has each axis."""
-        knots, c = [], values
-        for i in range(values.ndim):
-            t, sums = local_sums(axes[i])
-            knots.append(t)
-            c = np.moveaxis(np.tensordot(sums, c, (1, i)), 0, i)
-        spline = NdBSpline(tuple(knots), c, 3)
-        return np.column_stack([spline(points, nu=[d.count(i) for i in range(values.ndim)]) for d in DERIVATIVES
-                                if all(i < values.ndim for i in d)])
+    def exact(derivatives: tuple[str, ...], last: np.ndarray | float) -> np.ndarray:
+        x, y = (lambda word, i=i, name=name: polynomials[i].deriv(word.count(name))(points[:, i]) for i, name in enumerate("xy"))
+        z = [polynomials[2].deriv(word.count("z"))(last) for word in derivatives]
+        return np.column_stack([x(word)*y(word)*one for word, one in zip(derivatives, z, strict=True)])
 
-    space, plane = exact(f, points), exact(f[:, :, 0], points[:, :2])
+    found = splines(np.einsum("i,j,k->ijk", *at), points)
+    space, plane = exact(SPACE, points[:, 2]), exact(PLANE, AXIS_POINTS[2][0])
     for columns, values in ((slice(0, 10), space), (slice(10, 16), plane), (slice(16, 17), plane[:, :1]),
                             (slice(17, 21), space[:, :4]), (slice(21, 24), plane[:, :3])):
         assert (np.abs(found[:, columns] - values) <= 1e-10*np.abs(values).max(axis=0)).all()
+
+
+def test_a_spline_changes_near_a_changed_value_alone():
+    values = np.random.default_rng(4).normal(size=POINTS)
+    points = np.random.default_rng(5).uniform(*np.array([axis[:2] for axis in AXES]).T, (200, 3))
+    changed = values.copy()
+    changed[5, 8, 6] += 1
+    far = np.abs(np.searchsorted(AXIS_POINTS[0], points[:, 0]) - 5.5) > 3
+    moved = np.abs(splines(changed, points) - splines(values, points))[:, 0] > 0
+    assert moved.any() and not moved[far].any() and far.any()

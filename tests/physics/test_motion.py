@@ -10,28 +10,22 @@ from scipy.optimize import brentq
 import ldbench
 from ldbench import Case, ContactTable
 from ldbench.runs import compute
-from probes import E_STAR, MASS, MIRROR, ROLLING_RADIUS, TAPER, Pendulum, top
+from probes import E_STAR, MASS, ROLLING_RADIUS, TAPER, Pendulum, top
 from round_profiles import hertz
-from running import PAIRS, kept_tables
+from running import kept_tables
 
 # A small, quickly built table for motions near the centre.
 NEAR = {"lateral": 0.02, "lift": 0.03, "drop": 2e-3, "table_roll": 0.01, "depth": 1e-3,
         "table_folder": ""}
 INTEGRATORS = {"implicit": {"beta": 0.25, "order": 2}, "explicit": {"beta": 0.0, "order": 2}, "fourth": {"beta": 0.0, "order": 4}}
 AT_REST = {"vY": 0.0, "roll_rate": 0.0}
-SLOW = {"vY": 0.1, "roll_rate": 0.00333}         # exercise 1
 POSE, RATES = ["Y", "Z", "roll"], ["vY", "vZ", "roll_rate"]
 
 
 @pytest.fixture(scope="module")
-def tables() -> dict[str, ContactTable]:
-    """The contact tables of the shipped inputs."""
-    return {pair: ContactTable(Case.exercise(2, pair).replace(table_folder=kept_tables())) for pair in PAIRS}
-
-
-@pytest.fixture(scope="module")
-def actual(tables: dict[str, ContactTable]) -> ContactTable:
-    return tables["aw"]
+def actual() -> ContactTable:
+    """The contact table of the shipped inputs with the actual profiles."""
+    return ContactTable(Case.exercise(2, "aw").replace(table_folder=kept_tables()))
 
 
 def motion(table: ContactTable, dt: float, t_end: float, every: int = 1, **changes: object) -> pd.DataFrame:
@@ -99,31 +93,6 @@ def test_order_in_contact(integrator: str, actual: ContactTable):
     assert falls == pytest.approx([order, order], abs=0.3)
 
 
-@pytest.fixture(scope="module")
-def through_impacts(actual: ContactTable) -> pd.DataFrame:
-    """Exercise 1 up to 0.12 s, through the left flange impact, at a very small step."""
-    found = motion(actual, 2e-6, 0.12, 1000, **INTEGRATORS["fourth"], **SLOW)
-    assert np.ptp(found.vY) > 0.15      # thrown back
-    return found
-
-
-def test_order_through_impacts(through_impacts: pd.DataFrame, actual: ContactTable):
-    """Through impacts order 2 remains 2; order 4 falls to between 2 and 4 on average, and stays far ahead.
-
-    A contact opens and closes with p^1.5, whose second derivative is infinite there: a step across it errs by
-    dt^2.5 in velocity however high the order of the scheme, and how much depends on where in the step it falls. So the average
-    is that of five halvings.
-    """
-    steps = (8e-5, 4e-5, 2e-5, 1e-5)
-    errors = {integrator: ends_apart([motion(actual, dt, 0.12, 10, **INTEGRATORS[integrator], **SLOW) for dt in coarse + steps],
-                                     through_impacts)
-              for integrator, coarse in (("implicit", ()), ("explicit", ()), ("fourth", (3.2e-4, 1.6e-4)))}
-    for second in "implicit", "explicit":
-        assert orders(errors[second]) == pytest.approx([2, 2, 2], abs=0.1)
-        assert errors["fourth"][-1] < errors[second][-1]/100
-    assert 2 < orders(errors["fourth"]).mean() < 4
-
-
 def cut_run(table: ContactTable, **changes: object) -> ldbench.Run:
     """Exercise 2 through both flange impacts and 25 landings."""
     case = Case.exercise(2, "aw").replace(**{"stop_at": "t_end", "t_end": 0.12} | changes)
@@ -132,23 +101,6 @@ def cut_run(table: ContactTable, **changes: object) -> ldbench.Run:
 
 def last_pose(run: ldbench.Run) -> np.ndarray:
     return run.data[POSE].to_numpy()[-1]
-
-
-def test_cut_steps_are_worth_their_price(actual: ContactTable):
-    """Where contacts open and close uniform steps lose their order; cut ones reach the same error for a quarter.
-
-    And the error follows the energy's tolerance: six powers of ten, from 1e-3 to 1e-9 J, are at least four.
-    """
-    exact = last_pose(cut_run(actual, dt=5e-6, energy_tolerance=1e-11))
-    error = {tolerance: np.abs(last_pose(cut_run(actual, energy_tolerance=tolerance, error_tolerance=0.0)) - exact).max()
-             for tolerance in (1e-3, 1e-8, 1e-9)}
-    assert error[1e-9] < error[1e-3]/10000
-    assert error[1e-8] < 3e-9
-    cut = cut_run(actual, energy_tolerance=1e-7, error_tolerance=1e-8)
-    uniform = cut_run(actual, dt=1e-5, energy_tolerance=0, error_tolerance=0)
-    assert cut.results["cuts"] > 50 and uniform.results["cuts"] == 0
-    assert np.abs(last_pose(cut) - exact).max() < np.abs(last_pose(uniform) - exact).max()
-    assert cut.results["evaluations"] < uniform.results["evaluations"]/4
 
 
 def test_the_error_of_a_step_is_seen_where_the_energy_is_kept(actual: ContactTable):
@@ -211,16 +163,11 @@ def test_a_drift_that_makes_a_run_doubtful_is_told(actual: ContactTable):
 
 
 def test_work_of_the_ramp(actual: ContactTable):
-    """The work counted for a growing lateral force is what the total energy grows by. The explicit step counts it to its order, so
-    that the drift of a wheelset that is pushed and bounces falls with dt^4."""
-    pushed = Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, energy_tolerance=0, error_tolerance=0, lateral_ramp=2e6)
-    falls = []
-    # The third derivatives of the table's splines jump at its points, which scatters single motions: six are taken.
-    for Z in 2.5e-5, 3e-5, 3.5e-5, 4e-5, 4.5e-5, 5e-5:
-        runs = [ldbench.run(pushed.replace(dt=dt, Z=Z), table=actual) for dt in (2e-4, 1e-4)]
-        assert runs[0].data.W_ext.iloc[-1] > 50
-        falls += list(orders([run.results["drift"] for run in runs]))
-    assert np.mean(falls) == pytest.approx(4, abs=0.2)
+    """The work counted for a growing lateral force is what the total energy grows by."""
+    pushed = Case.exercise(5, "aw").replace(t_end=0.02, interval=4e-4, dt=1e-4, Z=3e-5, energy_tolerance=0, error_tolerance=0,
+                                            lateral_ramp=2e6, judged="no", pressures="no")
+    done = ldbench.run(pushed, table=actual)
+    assert done.data.W_ext.iloc[-1] > 50 and done.results["drift"] < 1e-7
 
 
 def test_peak_at_the_start(actual: ContactTable):
@@ -253,17 +200,6 @@ def test_time_reversal(integrator: str, actual: ContactTable):
     assert -home[RATES].to_numpy() == pytest.approx(start[RATES].to_numpy(), abs=1e-7 if cut else 1e-9)
     assert back.results["cuts"] == pytest.approx(forth.results["cuts"], rel=0.02)
     assert (forth.results["cuts"] > 80) == cut
-
-
-@pytest.mark.parametrize(("pair", "pushed"), [("aw", False), ("sw", True)], ids=["thrown", "pushed"])
-@pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_mirror_bit_by_bit(integrator: str, pushed: bool, pair: str, tables: dict[str, ContactTable]):
-    """The mirrored motion is the same in all 64 bits of position, velocity and energy, through all impacts."""
-    one, other = (motion(tables[pair], 2e-5, 0.6 if pushed else 0.14, 20, **INTEGRATORS[integrator], **(
-        AT_REST | {"lateral_ramp": sign*5e3} if pushed else {"vY": sign*1.0, "roll_rate": sign*0.0333})) for sign in (1, -1))
-    for names in POSE, RATES:
-        assert (one[names].to_numpy() == other[names].to_numpy()*MIRROR).all()
-    assert (one[["E_total", "E_drift"]] == other[["E_total", "E_drift"]]).all(axis=None)
 
 
 def test_an_error_after_a_derailment_ends_the_run_as_one():
