@@ -310,10 +310,12 @@ fuzz:
 	$(call built,$(EXE) $(BUILD)/tests/load_tables $(WRAPPER))
 	LDBENCH_EXAMPLES=$(N) OMP_NUM_THREADS=1 $(PYTHON) -m pytest -n $(CORES) -p no:randomly -m hypothesis --hypothesis-seed=$(SEED)
 
-# Whether the tests notice faults, one at a time; FAULTS=summary takes those that have this word.
-mutants:
-	$(call built,$(EXE) $(TESTS) $(WRAPPER))
-	$(PYTHON) tests/mutants.py $(FAULTS)
+# Whether the tests notice N faults, drawn in every folder by a seed, or with N=0 those of tests/mutants.txt. FAULTS="bodies rigid" takes
+# those of some folders; MORE="--part python/test_runs --limit 90" runs some tests alone, and each fault's for so many seconds.
+mutants: N = 300
+mutants: .venv/stamp
+	$(call built,$(EXE))
+	$(PYTHON) tests/mutants.py -n $(N) --seed $(SEED) $(MORE) -- $(FAULTS)
 
 report:
 	$(call built,$(EXE) $(WRAPPER))
@@ -401,7 +403,7 @@ help:
 	@echo 'make test       the tests (after ./bootstrap)'
 	@echo 'make lint       ruff, mypy, and the Fortran sources without a warning'
 	@echo 'make report     the submission in outputs/: columns, plots, abstract, summary, a page'
-	@echo 'make mutants    whether the tests notice faults, put one at a time into a copy in build/mutants; an hour'
+	@echo 'make mutants    N=300 faults from SEED=0 on, put into copies in build/mutants: which the tests notice, by folder; N=0: the listed ones'
 	@echo 'make fuzz       N=100 times as many generated inputs as in the tests, from SEED=1'
 	@echo 'make validate   every result against an independent answer: outputs/ldbench_validation.pdf, validation.csv'
 	@echo 'make bench      what a run costs, against other integrators and the floor: outputs/ldbench_bench.pdf, bench.csv; speed of pages;'

@@ -3,7 +3,7 @@
 usage: python tests/mutants.py [-n N] [--seed SEED] [--tests FOLDER] [--part FILE ...] [--limit SECONDS] [WORD ...]
 N faults are drawn by the rules of support/faults.py, of every folder of fortran/ and wrappers/ by the root of its size; words choose
 folders. With N = 0 the faults of mutants.txt are taken whose file or text has one of the words: `file | tests`, then for each fault
-the old text after `- ` and the new one after `+ `. Faults of mutants_equivalent.txt, which nobody can see, are not drawn.
+the old text after `- ` and the new one after `+ `; `...` is test_walk.py. Faults of mutants_equivalent.txt, which nobody can see, are not drawn.
 What each test reaches is recorded once, by one run of the tests or of a part of them, and kept in build/mutants. For a fault those
 tests run that reach it, the cheapest first, until one fails or their processor time comes to the limit. Faults of Fortran are
 compiled all at once; LDBENCH_FAULT is the number of the one that a program has.
@@ -110,7 +110,7 @@ def users(name: str, suffix: str) -> frozenset[int]:
     for file, first in sources().items():
         if file.endswith(suffix) and name.encode() in read(file):
             for one, mark in zip(*parsed(file), strict=True):
-                if any(word.lower() == name for word in one.words):
+                if any((word.lower() if suffix == ".f90" else word) == name for word in one.words):
                     found |= {first + mark} if mark is not None else set()
                     names |= {one.words[0]} if mark is None and suffix == ".py" and one.words[1:2] in (["="], [":"]) else set()
     return frozenset(found.union(*(users(other, suffix) for other in names - {name} if suffix == ".py")))
@@ -164,7 +164,7 @@ def sampled(number: int, seed: str, words: list[str]) -> list[Fault]:
     found = []
     for folder, share in shares.items():
         draw, drawn = random.Random(f"{seed} {folder}"), dict[Change, Fault]()
-        wanted = round(number*len(share)**0.5/whole)*(not words or any(word in f"{folder}/" for word in words))
+        wanted = round(number*len(share)**0.5/whole)*(not words or folder.split("/")[0] in words or any(folder.endswith(word) for word in words))
         for _ in range(20*wanted):
             place = draw.choice(sorted(share))
             change = draw.choice(share[place][draw.choice(sorted(share[place]))])
@@ -189,7 +189,7 @@ def listed(words: list[str]) -> list[Fault]:
             if fault is None:
                 raise SystemExit(f"mutants.txt, {file}: expected a change within a statement, found {old[2:]}")
             if not words or any(word in str(fault) for word in words):
-                found.append(fault._replace(tests=tuple(tests.split())))
+                found.append(fault._replace(tests=tuple(tests.replace("...", "tests/shown/test_walk.py").split())))
     return found
 
 
@@ -245,9 +245,10 @@ def build(changes: dict[int, Fault]) -> None:
 class Worker:
     """A copy of the repository with the core that has faults, and the process that runs tests there."""
 
-    def __init__(self, number: int, tests: Path) -> None:
-        self.folder = FOLDER/str(number)
+    def __init__(self, number: int, tests: Path, state: str) -> None:
+        self.folder, self.world = FOLDER/str(number), FOLDER/f"world{number}-{state[:16]}"
         shutil.rmtree(self.folder, ignore_errors=True)
+        self.tables = self.folder/"build/tables"/f"ldbench-{hashlib.sha256((CORE/'ldbench').read_bytes()).hexdigest()[:16]}"
         plain(self.folder)
         for pattern in ("ldbench", "build/release/**/*", "wrappers/ldbench/_core/_flat*.so", "wrappers/ldbench/_core/fmu/**/*"):
             for path in CORE.glob(pattern):
@@ -265,7 +266,7 @@ class Worker:
         words = ["-q", "--tb=short", "-n0", "-p", "no:randomly", f"--basetemp={self.folder}/t", *["-x"]*("limits" in more), *files]
         environment = {"PYTHONPYCACHEPREFIX": f"{self.folder}/build/bytecode"} | environment
         self.server.stdin.write(json.dumps({"words": words, "limit": limit, "environment": environment,  # type: ignore[union-attr]
-                                            "log": f"{self.folder}/log", **more}) + "\n")
+                                            "world": str(self.world), "log": f"{self.folder}/log", **more}) + "\n")
         self.server.stdin.flush()  # type: ignore[union-attr]
         answer = json.loads(self.server.stdout.readline())  # type: ignore[union-attr]
         shutil.rmtree(self.folder/"t", ignore_errors=True)
@@ -273,7 +274,7 @@ class Worker:
 
     def record(self, file: str, into: Path) -> None:
         """Writes what the tests of a file reach; none finds a contact table that another file has left."""
-        shutil.rmtree(self.folder/"build/tables", ignore_errors=True)
+        shutil.rmtree(self.tables, ignore_errors=True)
         (self.folder/"marks").write_bytes(bytes(1 << 16))
         firsts = {name.removeprefix("wrappers/"): first for name, first in sources().items() if name.endswith(".py")}
         (self.folder/"marks.json").write_text(json.dumps(firsts), encoding="utf-8")
@@ -283,19 +284,21 @@ class Worker:
         print(f"recorded {file}: {time.monotonic() - begun:.0f} s; not passed: {failed}", flush=True)
         if status in (0, 1, 5):
             Path(f"{into}.part").rename(into)
+            if self.tables.is_dir():
+                shutil.copytree(self.tables, self.world/"tables", dirs_exist_ok=True)
         else:
             print((self.folder/"log").read_text(encoding="utf-8", errors="replace")[-1500:])
 
 
 class Known(NamedTuple):
-    """A test: processor time and time that passes, what it reaches itself, what tests of its file reach, its shared fixtures."""
+    """A test: processor time and time that passes, what it reaches itself, what tests of its file reach, what it shares with others."""
 
     name: str
     seconds: float
     elapsed: float
     marks: frozenset[int]
     nearby: frozenset[int]
-    fixtures: frozenset[str]
+    shared: frozenset[str]
 
 
 def spread(work: Callable[[Worker, Any], T], jobs: list[Any], workers: list[Worker]) -> list[T]:
@@ -315,26 +318,31 @@ def spread(work: Callable[[Worker, Any], T], jobs: list[Any], workers: list[Work
         return list(pool.map(one, jobs))
 
 
-def recorded(files: list[str], workers: list[Worker], tests: Path) -> tuple[list[Known], dict[str, float]]:
-    """The tests of files that pass, and what their shared fixtures cost."""
+def state_of(tests: Path) -> str:
+    """The hash of what decides what tests reach, but for their own files."""
     state = hashlib.sha256(b"".join(read(name) for name in sources()))
     for path in sorted(path for path in tests.rglob("*.py") if not path.name.startswith("test_")):
         state.update(path.read_bytes())
-    kept = {file: FOLDER/"reach"/hashlib.sha256(state.digest() + file.encode() + (tests.parent/file).read_bytes()).hexdigest() for file in files}
+    return state.hexdigest()
+
+
+def recorded(files: list[str], workers: list[Worker], tests: Path, state: str) -> tuple[list[Known], dict[str, tuple[float, set[int]]]]:
+    """The tests of files that pass, and what is shared by several, what it costs and reaches."""
+    kept = {file: FOLDER/"reach"/hashlib.sha256(state.encode() + file.encode() + (tests.parent/file).read_bytes()).hexdigest() for file in files}
     spread(lambda worker, file: worker.record(file, kept[file]), [file for file, path in kept.items() if not path.is_file()], workers)
     made = [pickle.loads(path.read_bytes()) for path in kept.values() if path.is_file()]
-    costs, shared, found = dict[str, float](), dict[str, set[int]](), list[Known]()
-    for _, fixtures, _, _ in made:
-        for name, (cost, reached) in fixtures.items():
-            costs[name] = max(cost, costs.get(name, 0.0))
-            shared.setdefault(name, set()).update(reached)
+    shared, found = dict[str, tuple[float, set[int]]](), list[Known]()
+    for _, several, _, _ in made:
+        for name, (cost, reached) in several.items():
+            spent, before = shared.get(name, (0.0, set()))
+            shared[name] = max(cost, spent), before.union(reached)
     for known, _, failed, loaded in made:
-        own = {name: frozenset(reached).union(*(shared.get(fixture, ()) for fixture in uses)) for name, (_, _, reached, uses) in known.items()}
+        own = {name: frozenset(reached).union(*(shared[one][1] for one in uses if one in shared)) for name, (_, _, reached, uses) in known.items()}
         nearby = frozenset(loaded).union(*own.values())
         found += [Known(name, seconds, elapsed, own[name], nearby, frozenset(uses))
                   for name, (seconds, elapsed, _, uses) in known.items() if name not in failed]
-    print(f"{len(found)} tests, {sum(one.seconds for one in found) + sum(costs.values()):.0f} s of processor time", flush=True)
-    return found, costs
+    print(f"{len(found)} tests, {sum(one.seconds for one in found) + sum(cost for cost, _ in shared.values()):.0f} s of processor time", flush=True)
+    return found, shared
 
 
 class Verdict(NamedTuple):
@@ -349,27 +357,31 @@ class Verdict(NamedTuple):
 class Campaign:
     """Tests against faults."""
 
-    def __init__(self, tests: list[Known], costs: dict[str, float], limit: float) -> None:
-        self.tests, self.costs, self.limit = tests, costs, limit
+    def __init__(self, tests: list[Known], shared: dict[str, tuple[float, set[int]]], limit: float) -> None:
+        self.tests, self.shared, self.limit = tests, shared, limit
         self.noticed: dict[tuple[str, str], int] = {}       # by file and test
+
+    def cost(self, one: Known, fault: Fault, made: frozenset[str] = frozenset()) -> float:
+        """Processor time of a test with the fixtures and parts of the golden world that are made anew for it."""
+        return one.seconds + sum(cost for name, (cost, reached) in self.shared.items() if name in one.shared - made and (
+            "::" in name or reached & fault.marks))
 
     def chunks(self, fault: Fault) -> Iterator[list[Known]]:
         """Tests that reach a fault, each time for three times as long: first those that are named, reach it themselves, cost little,
         reach little else, and noticed other faults of the file."""
         def rank(one: Known) -> tuple[bool, bool, float]:
-            cost = one.seconds + sum(self.costs.get(name, 0.0) for name in one.fixtures)
             return (not one.name.startswith(fault.tests or ("?",)), not one.marks & fault.marks,
-                    (cost + 0.2)*len(one.marks)/(1 + self.noticed.get((fault.file, one.name), 0)))
+                    (self.cost(one, fault) + 0.2)*len(one.marks)/(1 + self.noticed.get((fault.file, one.name), 0)))
 
         room, total, chunk, cost, made = 3.0, 0.0, list[Known](), 0.0, frozenset[str]()
         for one in sorted(self.reaching(fault), key=rank):
-            new = one.seconds + sum(self.costs.get(name, 0.0) for name in one.fixtures - made)
+            new = self.cost(one, fault, made)
             if total + new > self.limit and total:
                 break
             if chunk and cost + new > room:
                 yield chunk
                 room, chunk, cost, made = 3*room, [], 0.0, frozenset()
-            chunk, cost, total, made = [*chunk, one], cost + new, total + new, made | one.fixtures
+            chunk, cost, total, made = [*chunk, one], cost + new, total + new, made | one.shared
         if chunk:
             yield chunk
 
@@ -378,19 +390,23 @@ class Campaign:
 
     def limits(self, tests: list[Known]) -> dict[str, float]:
         """A test that takes much longer than ever hangs."""
-        return {one.name: 30 + 20*(one.elapsed + sum(self.costs.get(name, 0.0) for name in one.fixtures)) for one in tests}
+        return {one.name: 60 + 20*(one.elapsed + sum(cost for name, (cost, _) in self.shared.items() if name in one.shared)) for one in tests}
 
     def judge(self, worker: Worker, numbered: tuple[int, Fault]) -> Verdict:
         k, fault = numbered
         file, begun, tried, failed = worker.folder/fault.file, time.monotonic(), 0, list[str]()
-        shutil.rmtree(worker.folder/"build/tables", ignore_errors=True)
+        anew = [name for name, (_, reached) in self.shared.items() if "::" not in name and reached & fault.marks]
+        shutil.rmtree(worker.world/"anew", ignore_errors=True)
+        shutil.rmtree(worker.tables, ignore_errors=True)
+        if not re.search("support/(kinds|root)|profile/|contact/|table|run_setup", fault.file) and (worker.world/"tables").is_dir():
+            shutil.copytree(worker.world/"tables", worker.tables)       # no fault of other files is in a table
         if not fault.file.endswith(".f90"):
             file.write_bytes(fault.change.of(read(fault.file)))
             os.utime(file, (1e9 + k, 1e9 + k))      # byte code of another fault is not taken for that of this one
         for chunk in self.chunks(fault):
             tried += len(chunk)
             status, failed = worker.ask(list(dict.fromkeys(one.name.partition("::")[0] for one in chunk)), 900.0, {"LDBENCH_FAULT": str(k)},
-                                        limits=self.limits(chunk))
+                                        limits=self.limits(chunk), anew=anew)
             if status not in (0, 5):
                 failed = failed or [f"{chunk[0].name} is not collected"]
                 break
@@ -429,9 +445,11 @@ def main() -> int:
     numbered = dict(enumerate(sampled(options.n, options.seed, options.words) if options.n else listed(options.words), 1))
     build(numbered)
     print(f"{len(numbered)} faults, compiled after {time.monotonic() - begun:.0f} s", flush=True)
-    workers = [Worker(number, tests) for number in range(options.workers)]
+    state = state_of(tests)
+    workers = [Worker(number, tests, state) for number in range(options.workers)]
     files = sorted(f"tests/{path.relative_to(tests)}" for path in tests.rglob("test_*.py"))
-    campaign = Campaign(*recorded([file for file in files if any(part in file for part in options.part)], workers, tests), options.limit)
+    files = [file for file in files if any(part in file for part in options.part)]
+    campaign = Campaign(*recorded(files, workers, tests, state), options.limit)
     for worker in workers:
         shutil.rmtree(worker.folder/"build/bytecode", ignore_errors=True)
     verdicts = spread(campaign.judge, list(numbered.items()), workers)

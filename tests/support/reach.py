@@ -5,12 +5,14 @@ import importlib
 import json
 import os
 import pickle
+import shutil
 import signal
 import sys
 import time
 from array import array
-from collections.abc import Generator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,13 +23,44 @@ IMPORTED = ("numpy pandas scipy.optimize scipy.interpolate scipy.linalg scipy.si
             "matplotlib.backends.backend_pdf matplotlib.backends.backend_svg pypdf PIL.Image")     # by the tests, and takes long
 
 
+class World:
+    """The parts of the golden world: as they are without a fault, those anew whose making reaches the fault."""
+
+    def __init__(self, folder: str, anew: list[str], recorder: Recorder | None = None) -> None:
+        self.folder, self.anew, self.recorder = Path(folder), anew, recorder
+        sys.path.insert(0, "tests/support")
+        with suppress(ImportError):
+            importlib.import_module("golden").kept = self.kept  # type: ignore[attr-defined]
+
+    def kept(self, part: str, key: str, make: Callable[[Path], object], *recipe: str) -> Path:
+        folder = self.folder/"plain"/part
+        if part in self.anew or not (self.recorder or (folder/"whole").exists()):
+            folder = self.folder/"anew"/part
+        if not (folder/"whole").exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            (folder/"made").mkdir(parents=True)
+            if self.recorder:
+                with self.recorder.noted(part):
+                    make(folder/"made")
+                (folder/"reach").write_bytes(pickle.dumps(self.recorder.shared[part]))
+            else:
+                make(folder/"made")
+            (folder/"whole").touch()
+        if self.recorder:
+            self.recorder.shared[part] = pickle.loads((folder/"reach").read_bytes())
+            self.recorder.marks.put(set(self.recorder.shared[part][1]))
+            self.recorder.parts.add(part)
+        return folder/"made"
+
+
 class Recorder:
-    """Writes what each test and each shared fixture reaches, and its processor time."""
+    """Writes what each test reaches, and each shared fixture and part of the golden world, and their processor time."""
 
     def __init__(self, file: str) -> None:
         self.file, self.marks = file, marks.Marks()
+        self.parts = set[str]()
         self.tests: dict[str, tuple[float, float, array[int], list[str]]] = {}
-        self.fixtures: dict[str, tuple[float, array[int]]] = {}
+        self.shared: dict[str, tuple[float, array[int]]] = {}
         self.failed: set[str] = set()
         self.loaded = array("H")
         self.inside = 0.0
@@ -39,13 +72,18 @@ class Recorder:
     def pytest_fixture_setup(self, fixturedef: Any) -> Generator[None, Any, Any]:
         if fixturedef.scope == "function":
             return (yield)
+        with self.noted(name_of(fixturedef)):
+            return (yield)
+
+    @contextmanager
+    def noted(self, name: str) -> Iterator[None]:
+        """Counts what several tests share for itself; what it reaches counts for the test, too."""
         begun, before, around = seconds(), self.inside, self.marks.take()
         try:
-            return (yield)
+            yield
         finally:
-            found, name = self.marks.take(), name_of(fixturedef)
-            spent, known = self.fixtures.get(name, (0.0, array("H")))
-            self.fixtures[name] = max(spent, seconds() - begun - self.inside + before), array("H", sorted(found.union(known)))
+            found, (spent, known) = self.marks.take(), self.shared.get(name, (0.0, array("H")))
+            self.shared[name] = max(spent, seconds() - begun - self.inside + before), array("H", sorted(found.union(known)))
             self.inside = before + seconds() - begun
             self.marks.put(found | around)
 
@@ -53,8 +91,9 @@ class Recorder:
     def pytest_runtest_protocol(self, item: Any) -> Generator[None, Any, Any]:
         self.marks.take()
         self.inside, begun, now = 0.0, seconds(), time.monotonic()
+        self.parts.clear()
         result = yield
-        shared = [name_of(found[-1]) for found in item._fixtureinfo.name2fixturedefs.values() if found[-1].scope != "function"]
+        shared = [*self.parts, *(name_of(found[-1]) for found in item._fixtureinfo.name2fixturedefs.values() if found[-1].scope != "function")]
         self.tests[item.nodeid] = (seconds() - begun - self.inside, time.monotonic() - now,
                                    array("H", sorted(self.marks.take())), shared)
         return result
@@ -65,7 +104,7 @@ class Recorder:
 
     def pytest_sessionfinish(self) -> None:
         with open(self.file, "wb") as file:
-            pickle.dump((self.tests, self.fixtures, self.failed, self.loaded), file)
+            pickle.dump((self.tests, self.shared, self.failed, self.loaded), file)
 
 
 class Chosen:
@@ -106,7 +145,8 @@ def run(job: dict[str, Any]) -> tuple[int, list[str]]:
     log = os.open(job["log"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 1)
     os.dup2(log, 2)
-    plugin = Recorder(job["record"]) if "record" in job else Chosen(job["limits"])
+    plugin: Any = Recorder(job["record"]) if "record" in job else Chosen(job["limits"])
+    World(job["world"], job.get("anew", []), plugin if "record" in job else None)
     status = int(pytest.main(job["words"], plugins=[plugin]))
     return status, sorted(plugin.failed)
 
