@@ -77,7 +77,7 @@ class Completion(argparse.Action):
             for action in command._actions:
                 if re.search("FILE|FOLDER|NAMELIST|PROFILE|TOML|DIR", str(action.metavar)):
                     action.complete = shtab.FILE        # type: ignore[attr-defined]
-        print(shtab.complete(whole, shell=arguments[1]))
+        print(shtab.complete(whole, shell=arguments[1]), flush=True)
         parser.exit()
 
 
