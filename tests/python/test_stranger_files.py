@@ -260,6 +260,17 @@ def test_names_are_understood(name: str, tmp_path: Path):
     assert found.keys() - exact <= either | ({"roll_acc"} if name == "letters and numbers" else set())
 
 
+@pytest.mark.parametrize(("head", "names", "units"), [
+    (";time [s];Y [mm]", ["", "time", "Y"], ["", "s", "mm"]), ("\ttime\tY\n\ts\tmm", ["", "time", "Y"], ["", "s", "mm"]),
+    ("#;time;Y;N_LF", ["time", "Y", "N_LF"], ["", "", ""]), ("\ttime\tY\tN_LF", ["time", "Y", "N_LF"], ["", "", ""])])
+def test_names_and_units_of_a_head(tmp_path: Path, head: str, names: list[str], units: list[str]):
+    """With an index that has no name."""
+    separator = next(mark for mark in ";\t," if mark in head)
+    (tmp_path/"a.csv").write_text(f"{head}\n{separator.join('456')}\n")
+    raw = read_raw(tmp_path/"a.csv")
+    assert (raw.names, raw.units) == (names, units)
+
+
 def test_what_is_missing_is_printed_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Words in cells that need no number are told, too, and do not fail."""
     file, frame = tmp_path/"ex2_aw.csv", thrown()

@@ -396,7 +396,7 @@ def written(frame: Frame, options: Mapping[str, str]) -> tuple[str, bytes]:
         text = of_rows(lambda k, line: f"{line}\n{line}", count)(text)
     if form.get("last") and sep != " " and not after:
         text = text.replace("\n", f"{sep}\n")
-    if form.get("index") and sep == "," and not after and count == 1:
+    if form.get("index") and sep != " " and not after and count == 1:
         text = "".join(f"{k - 1 if k else ''}{sep}{line}\n" for k, line in enumerate(text.splitlines()))
     text = parts["before"]["before"].format(sep=sep)*(sep != " ") + (after(text) if after else text) + (form.get("below", "") or "")
     text = (text if form.get("below", "") is not None else text.rstrip("\n")).replace("\n", form.get("eol", "\n"))

@@ -207,7 +207,7 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
 
 def _heading(lines: Sequence[str], separator: str, count: int) -> tuple[dict[int, list[str]], list[int]]:
     """The words of the lines above the numbers, and which of these have as many as there are columns."""
-    words = {k: _heading_words(line, separator) for k, line in enumerate(lines) if re.search(r"\w", line)}
+    words = {k: _heading_words(line, separator, count) for k, line in enumerate(lines) if re.search(r"\w", line)}
     return words, [k for k, some in words.items() if len(some) == count]
 
 
@@ -236,14 +236,17 @@ def _listed_names(lines: Sequence[str], count: int) -> list[str]:
     return names if len(names) == count else []
 
 
-def _heading_words(line: str, separator: str) -> list[str]:
-    """Words of a heading without comment mark; a unit in brackets stays with the name before it."""
-    line = line.strip().lstrip(COMMENT_MARKS)
+def _heading_words(line: str, separator: str, count: int) -> list[str]:
+    """Words of a heading without comment mark; a unit in brackets stays with the name before it, and an index may have no name."""
+    line = line.rstrip().lstrip((" \t" + COMMENT_MARKS).replace(separator, ""))
     if separator and line.startswith('"'):
         return cells_of(line.rstrip(separator), separator)
     if not separator:
         line = re.sub(r"(?<=[^\s\])])\s+(?=[\[(]\S*[\])])", "", line)
-    return [word.strip("\"'") for word in cells_of(line.rstrip(separator or None), separator, quoted=not separator)]
+    words = [word.strip("\"'") for word in cells_of(line.rstrip(separator or None), separator, quoted=not separator)]
+    while len(words) > count and not words[0]:      # the separator indents the line or marks a comment
+        del words[0]
+    return words
 
 
 def plain_unit(unit: str) -> str:
