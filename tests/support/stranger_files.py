@@ -372,8 +372,6 @@ def written(frame: Frame, options: Mapping[str, str]) -> tuple[str, bytes]:
     if after is with_names_of_r:
         after = None if odd else after
         units = units if all(re.fullmatch(r"\w+(/\w+)?", unit) for unit, _ in units.values()) else MM_KN
-    if "(" in str(form["names"]) and units:
-        units = UNITS["mm, kN, mrad"]       # of two brackets the first one is taken for the unit, and N means normal
     head, na = form.get("head", BRACKETS["head"]), form["na"]
     if head == HEADS["units at the end"]["head"] and odd:
         head = BRACKETS["head"]

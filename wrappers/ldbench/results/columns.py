@@ -65,8 +65,8 @@ def time_mean(time: np.ndarray, x: np.ndarray) -> float:
 
 MISSING = -999.0, -9999.0, -99999.0, 1e30, -1e30, 1e33     # numbers that codes write where they have none
 LISTED = re.compile(r"\W*(?:column|colonne|spalte)?\s*(\d+)\s*[:=)]\s*(.*\S)\s*", re.IGNORECASE)       # a name in a list
-# A unit of one column: in brackets, behind a stroke between blanks, or between the dots that R makes of brackets.
-UNIT_IN_NAME = [*map(re.compile, (r"(.*?\S)\s*[\[(<{](.*)[\])>}]", r"(.*\S)\s+/\s*(\S+)", r"(.*?\w)\.\.(.+?)\."))]
+# A unit of one column: in the last brackets, behind a stroke between blanks, or between the dots that R makes of brackets.
+UNIT_IN_NAME = [*map(re.compile, (r"(.*[^\s\[(<{])\s*[\[(<{](.*)[\])>}]", r"(.*\S)\s+/\s*(\S+)", r"(.*\w)\.\.+([^\W\d].*?)\."))]
 UNIT_AT_END = re.compile(r"(.*[^\W_])[_ ]+(\S+?)")
 MOSTLY = 0.9        # share of the names from which a unit at the end is one
 
