@@ -183,11 +183,11 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
     for mark in SEPARATORS if not rows else ():
         heading, rows = (heading, rows) if rows else _heading(lines[:start], mark, count)
     units, named = [""]*count, _listed_names(lines[:start], count)
-    of_units = [k for k in rows if any(heading[k]) and all(plain_unit(word) in (*UNITS, "") for word in heading[k])][-1:]
+    of_units = [k for k in rows if 2*sum(bool(known_unit(word)) for word in heading[k]) > sum(map(bool, heading[k]))][-1:]
     # A lone line of units would be one of names, as t and N.
     if of_units and (len(rows) > 1 or named or of_units[0] != rows[-1]):
         rows.remove(of_units[0])
-        units = [plain_unit(word) for word in heading[of_units[0]]]
+        units = [known_unit(word) for word in heading[of_units[0]]]
     rows = [k for k in rows if not numbers_columns(lines[k], separator)]
     if not (rows or named):
         raise Error(file=path, expected=f"a line with the names of {count} columns above the numbers", found="none")
@@ -215,8 +215,8 @@ def _take_units(names: list[str], units: list[str]) -> None:
     """Move units from the names to the units: those in brackets, behind a stroke, in the dots that R makes of brackets, and those
     at the end of nearly all names."""
     found = [next(((match[1], unit) for form in UNIT_IN_NAME if (match := form.fullmatch(name))
-                   and (unit := plain_unit(match[2])) in UNITS), None) for name in names]
-    ends = [(match[1], unit) if (match := UNIT_AT_END.fullmatch(name)) and (unit := plain_unit(match[2])) in UNITS else None
+                   and (unit := known_unit(match[2]))), None) for name in names]
+    ends = [(match[1], unit) if (match := UNIT_AT_END.fullmatch(name)) and (unit := known_unit(match[2])) else None
             for name in names]
     if sum(one is not None for one in ends) > MOSTLY*len(names):
         found = [own or end for own, end in zip(found, ends, strict=True)]
@@ -247,6 +247,11 @@ def _heading_words(line: str, separator: str, count: int) -> list[str]:
     while len(words) > count and not words[0]:      # the separator indents the line or marks a comment
         del words[0]
     return words
+
+
+def known_unit(unit: str) -> str:
+    """A unit as `UNITS` writes it; '' of other words."""
+    return plain if (plain := plain_unit(unit)) in UNITS else ""
 
 
 def plain_unit(unit: str) -> str:
