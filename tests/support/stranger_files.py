@@ -371,7 +371,6 @@ def written(frame: Frame, options: Mapping[str, str]) -> tuple[str, bytes]:
     odd = any(re.search(r"[^\w .]", name) for name in form["names"].values())
     if after is with_names_of_r:
         after = None if odd else after
-        units = units if all(re.fullmatch(r"\w+(/\w+)?", unit) for unit, _ in units.values()) else MM_KN
     head, na = form.get("head", BRACKETS["head"]), form["na"]
     if head == HEADS["units at the end"]["head"] and odd:
         head = BRACKETS["head"]

@@ -255,10 +255,10 @@ def known_unit(unit: str) -> str:
 
 
 def plain_unit(unit: str) -> str:
-    """'[m/s^2]', 'm.s-2', 'm/s**2' and 'mps2' as 'm/s2', degrees as 'deg', 'µs' as 'us'."""
+    """'[m/s^2]', 'm.s-2', 'm/s**2', 'mps2' and R's 'm.s.2' as 'm/s2', degrees as 'deg', 'µs' as 'us'."""
     plain = unicodedata.normalize("NFKC", unit).strip("[](){}<> ").replace("^", "").replace("\u2212", "-").replace("**", "")
-    plain = plain.replace("·", ".").replace("*", ".").replace("/s/s", "/s2").replace("°", "deg").replace("\u03bc", "u")
-    plain = re.sub(r"[. ]?s-1", "/s", re.sub(r"[. ]?s-2", "/s2", plain))
+    plain = plain.replace("·", ".").replace("*", ".").replace("°", "deg").replace("\u03bc", "u")
+    plain = re.sub(r"[. ]?s[-.]1", "/s", re.sub(r"[./ ]?s([-.]+2|[./]s)", "/s2", plain))
     if plain not in UNITS:
         plain = next((one for one in (re.sub(r"ps(2?)$", r"/s\1", plain), plain.replace(".", "/", 1)) if one in UNITS), plain)
     return {"degrees": "deg", "degree": "deg", "grad": "gon"}.get(plain, plain)
