@@ -384,8 +384,8 @@ def written(frame: Frame, options: Mapping[str, str]) -> tuple[str, bytes]:
 
     text = text_of(frame.mask(frame == 0.0, form["tiny"]).assign(time=frame["time"]) if "tiny" in form else frame,
                    {column: spelt_out(name) for column, name in form["names"].items()}, units, form.get("order", ALL),
-                   lambda frame: [(spelt_out(name), unit, x) for name, unit, x in form.get("extra", lambda frame: [])(frame)], sep, head, na,
-                   form.get("digits", "%.9g"), form.get("decimal", "."), form.get("number", ("", "")),
+                   lambda frame: [(spelt_out(name), unit, x) for name, unit, x in form.get("extra", lambda frame: [])(frame)],
+                   sep, head, na, form.get("digits", "%.9g"), form.get("decimal", "."), form.get("number", ("", "")),
                    parts["heads"].get("before", ""))
     count = text.count("\n") - len(frame)
     if form.get("twice"):
