@@ -260,6 +260,21 @@ def test_names_are_understood(name: str, tmp_path: Path):
     assert found.keys() - exact <= either | ({"roll_acc"} if name == "letters and numbers" else set())
 
 
+@pytest.mark.parametrize(("head", "names", "units"), [
+    (";time [s];Y [mm]", ["", "time", "Y"], ["", "s", "mm"]), ("\ttime\tY\n\ts\tmm", ["", "time", "Y"], ["", "s", "mm"]),
+    ("#;time;Y;N_LF", ["time", "Y", "N_LF"], ["", "", ""]), ("\ttime\tY\tN_LF", ["time", "Y", "N_LF"], ["", "", ""]),
+    ("time,Lateral Force (track) [N],Y [(mm)]", ["time", "Lateral Force (track)", "Y"], ["", "N", "mm"]),
+    ("time;spin;PE_grav\ns;1/m;kJ", ["time", "spin", "PE_grav"], ["s", "", "kJ"]),
+    ("time..ms.,aY..ft.s.2.,vY..m.s.1.", ["time", "aY", "vY"], ["ms", "ft/s2", "m/s"]),
+    ("aZ..m.s..2.,aY..m.s.s.,Lateral.Force..track...N.", ["aZ", "aY", "Lateral.Force..track"], ["m/s2", "m/s2", "N"])])
+def test_names_and_units_of_a_head(tmp_path: Path, head: str, names: list[str], units: list[str]):
+    """With an index that has no name, two brackets, a unit that nobody knows, and R's dots for all signs."""
+    separator = next(mark for mark in ";\t," if mark in head)
+    (tmp_path/"a.csv").write_text(f"{head}\n{separator.join('456')}\n")
+    raw = read_raw(tmp_path/"a.csv")
+    assert (raw.names, raw.units) == (names, units)
+
+
 def test_what_is_missing_is_printed_with_its_place(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Words in cells that need no number are told, too, and do not fail."""
     file, frame = tmp_path/"ex2_aw.csv", thrown()

@@ -371,9 +371,6 @@ def written(frame: Frame, options: Mapping[str, str]) -> tuple[str, bytes]:
     odd = any(re.search(r"[^\w .]", name) for name in form["names"].values())
     if after is with_names_of_r:
         after = None if odd else after
-        units = units if all(re.fullmatch(r"\w+(/\w+)?", unit) for unit, _ in units.values()) else MM_KN
-    if "(" in str(form["names"]) and units:
-        units = UNITS["mm, kN, mrad"]       # of two brackets the first one is taken for the unit, and N means normal
     head, na = form.get("head", BRACKETS["head"]), form["na"]
     if head == HEADS["units at the end"]["head"] and odd:
         head = BRACKETS["head"]
@@ -387,16 +384,15 @@ def written(frame: Frame, options: Mapping[str, str]) -> tuple[str, bytes]:
 
     text = text_of(frame.mask(frame == 0.0, form["tiny"]).assign(time=frame["time"]) if "tiny" in form else frame,
                    {column: spelt_out(name) for column, name in form["names"].items()}, units, form.get("order", ALL),
-                   lambda frame: [(spelt_out(name), unit if len(head) == 1 else "-", x)
-                                  for name, unit, x in form.get("extra", lambda frame: [])(frame)], sep, head, na,
-                   form.get("digits", "%.9g"), form.get("decimal", "."), form.get("number", ("", "")),
+                   lambda frame: [(spelt_out(name), unit, x) for name, unit, x in form.get("extra", lambda frame: [])(frame)],
+                   sep, head, na, form.get("digits", "%.9g"), form.get("decimal", "."), form.get("number", ("", "")),
                    parts["heads"].get("before", ""))
     count = text.count("\n") - len(frame)
     if form.get("twice"):
         text = of_rows(lambda k, line: f"{line}\n{line}", count)(text)
     if form.get("last") and sep != " " and not after:
         text = text.replace("\n", f"{sep}\n")
-    if form.get("index") and sep == "," and not after and count == 1:
+    if form.get("index") and sep != " " and not after and count == 1:
         text = "".join(f"{k - 1 if k else ''}{sep}{line}\n" for k, line in enumerate(text.splitlines()))
     text = parts["before"]["before"].format(sep=sep)*(sep != " ") + (after(text) if after else text) + (form.get("below", "") or "")
     text = (text if form.get("below", "") is not None else text.rstrip("\n")).replace("\n", form.get("eol", "\n"))

@@ -65,8 +65,8 @@ def time_mean(time: np.ndarray, x: np.ndarray) -> float:
 
 MISSING = -999.0, -9999.0, -99999.0, 1e30, -1e30, 1e33     # numbers that codes write where they have none
 LISTED = re.compile(r"\W*(?:column|colonne|spalte)?\s*(\d+)\s*[:=)]\s*(.*\S)\s*", re.IGNORECASE)       # a name in a list
-# A unit of one column: in brackets, behind a stroke between blanks, or between the dots that R makes of brackets.
-UNIT_IN_NAME = [*map(re.compile, (r"(.*?\S)\s*[\[(<{](.*)[\])>}]", r"(.*\S)\s+/\s*(\S+)", r"(.*?\w)\.\.(.+?)\."))]
+# A unit of one column: in the last brackets, behind a stroke between blanks, or between the dots that R makes of brackets.
+UNIT_IN_NAME = [*map(re.compile, (r"(.*[^\s\[(<{])\s*[\[(<{](.*)[\])>}]", r"(.*\S)\s+/\s*(\S+)", r"(.*\w)\.\.+([^\W\d].*?)\."))]
 UNIT_AT_END = re.compile(r"(.*[^\W_])[_ ]+(\S+?)")
 MOSTLY = 0.9        # share of the names from which a unit at the end is one
 
@@ -183,11 +183,11 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
     for mark in SEPARATORS if not rows else ():
         heading, rows = (heading, rows) if rows else _heading(lines[:start], mark, count)
     units, named = [""]*count, _listed_names(lines[:start], count)
-    of_units = [k for k in rows if any(heading[k]) and all(plain_unit(word) in (*UNITS, "") for word in heading[k])][-1:]
+    of_units = [k for k in rows if 2*sum(bool(known_unit(word)) for word in heading[k]) > sum(map(bool, heading[k]))][-1:]
     # A lone line of units would be one of names, as t and N.
     if of_units and (len(rows) > 1 or named or of_units[0] != rows[-1]):
         rows.remove(of_units[0])
-        units = [plain_unit(word) for word in heading[of_units[0]]]
+        units = [known_unit(word) for word in heading[of_units[0]]]
     rows = [k for k in rows if not numbers_columns(lines[k], separator)]
     if not (rows or named):
         raise Error(file=path, expected=f"a line with the names of {count} columns above the numbers", found="none")
@@ -207,7 +207,7 @@ def _find_layout(path: Path, lines: Sequence[str]) -> Layout:
 
 def _heading(lines: Sequence[str], separator: str, count: int) -> tuple[dict[int, list[str]], list[int]]:
     """The words of the lines above the numbers, and which of these have as many as there are columns."""
-    words = {k: _heading_words(line, separator) for k, line in enumerate(lines) if re.search(r"\w", line)}
+    words = {k: _heading_words(line, separator, count) for k, line in enumerate(lines) if re.search(r"\w", line)}
     return words, [k for k, some in words.items() if len(some) == count]
 
 
@@ -215,8 +215,8 @@ def _take_units(names: list[str], units: list[str]) -> None:
     """Move units from the names to the units: those in brackets, behind a stroke, in the dots that R makes of brackets, and those
     at the end of nearly all names."""
     found = [next(((match[1], unit) for form in UNIT_IN_NAME if (match := form.fullmatch(name))
-                   and (unit := plain_unit(match[2])) in UNITS), None) for name in names]
-    ends = [(match[1], unit) if (match := UNIT_AT_END.fullmatch(name)) and (unit := plain_unit(match[2])) in UNITS else None
+                   and (unit := known_unit(match[2]))), None) for name in names]
+    ends = [(match[1], unit) if (match := UNIT_AT_END.fullmatch(name)) and (unit := known_unit(match[2])) else None
             for name in names]
     if sum(one is not None for one in ends) > MOSTLY*len(names):
         found = [own or end for own, end in zip(found, ends, strict=True)]
@@ -236,21 +236,29 @@ def _listed_names(lines: Sequence[str], count: int) -> list[str]:
     return names if len(names) == count else []
 
 
-def _heading_words(line: str, separator: str) -> list[str]:
-    """Words of a heading without comment mark; a unit in brackets stays with the name before it."""
-    line = line.strip().lstrip(COMMENT_MARKS)
+def _heading_words(line: str, separator: str, count: int) -> list[str]:
+    """Words of a heading without comment mark; a unit in brackets stays with the name before it, and an index may have no name."""
+    line = line.rstrip().lstrip((" \t" + COMMENT_MARKS).replace(separator, ""))
     if separator and line.startswith('"'):
         return cells_of(line.rstrip(separator), separator)
     if not separator:
         line = re.sub(r"(?<=[^\s\])])\s+(?=[\[(]\S*[\])])", "", line)
-    return [word.strip("\"'") for word in cells_of(line.rstrip(separator or None), separator, quoted=not separator)]
+    words = [word.strip("\"'") for word in cells_of(line.rstrip(separator or None), separator, quoted=not separator)]
+    while len(words) > count and not words[0]:      # the separator indents the line or marks a comment
+        del words[0]
+    return words
+
+
+def known_unit(unit: str) -> str:
+    """A unit as `UNITS` writes it; '' of other words."""
+    return plain if (plain := plain_unit(unit)) in UNITS else ""
 
 
 def plain_unit(unit: str) -> str:
-    """'[m/s^2]', 'm.s-2', 'm/s**2' and 'mps2' as 'm/s2', degrees as 'deg', 'µs' as 'us'."""
+    """'[m/s^2]', 'm.s-2', 'm/s**2', 'mps2' and R's 'm.s.2' as 'm/s2', degrees as 'deg', 'µs' as 'us'."""
     plain = unicodedata.normalize("NFKC", unit).strip("[](){}<> ").replace("^", "").replace("\u2212", "-").replace("**", "")
-    plain = plain.replace("·", ".").replace("*", ".").replace("/s/s", "/s2").replace("°", "deg").replace("\u03bc", "u")
-    plain = re.sub(r"[. ]?s-1", "/s", re.sub(r"[. ]?s-2", "/s2", plain))
+    plain = plain.replace("·", ".").replace("*", ".").replace("°", "deg").replace("\u03bc", "u")
+    plain = re.sub(r"[. ]?s[-.]1", "/s", re.sub(r"[./ ]?s([-.]+2|[./]s)", "/s2", plain))
     if plain not in UNITS:
         plain = next((one for one in (re.sub(r"ps(2?)$", r"/s\1", plain), plain.replace(".", "/", 1)) if one in UNITS), plain)
     return {"degrees": "deg", "degree": "deg", "grad": "gon"}.get(plain, plain)
