@@ -21,7 +21,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from running import CASES, LDBENCH, REPO, Run, read_shipped, run_shipped
 
@@ -91,13 +91,13 @@ def kept(part: str, key: str, make: Callable[[Path], object], *recipe: str) -> P
             scratch = folder/"part"
             scratch.write_text(json.dumps(listed(made)))
             scratch.rename(whole)
-        HELD.append((folder/USED).open("w"))
+        HELD.append(os.open(folder/USED, os.O_RDWR | os.O_CREAT))
         fcntl.flock(HELD[-1], fcntl.LOCK_SH)
     return made
 
 
 USED = "used"                   # a file that is locked while somebody uses the folder
-HELD: list[IO[str]] = []        # those of this process, to its end
+HELD: list[int] = []            # those of this process, to its end
 
 
 def in_use(folder: Path) -> bool:
