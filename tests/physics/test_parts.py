@@ -7,7 +7,8 @@ import pytest
 
 import ldbench
 from ldbench import Case, read_run, run
-from probes import MODERN, WEIGHT, probe, text
+from ldbench.constants import CONTACTS
+from probes import MODERN, ROLL_INERTIA, WEIGHT, probe, text
 from running import Run as Shipped, kept_tables
 
 USUAL = 0.4363                               # flange_angle [rad]
@@ -81,6 +82,16 @@ def test_the_border_moves_nothing(back: Callable):
         for force in "Fy", "Fz":
             sums = [d[f"{force}_{side}T"] + d[f"{force}_{side}F"] for d in rows]
             assert np.abs(sums[0] - sums[1]).max() <= 1e-8*WEIGHT
+
+
+def test_moments_of_the_parts_turn_the_wheelset(back: Callable):
+    """The forces of both parts, at their points in the columns, have the moment that the accelerations tell."""
+    done = back(0.3)
+    d = done.data
+    moment = sum(((d[f"y_{k}"] - d.Y)*d[f"Fz_{k}"] - (d[f"z_{k}"] - done.results["axle_height"] - d.Z)*d[f"Fy_{k}"]).fillna(0)
+                 for k in CONTACTS)
+    assert ((d.N_LT > 0) & (d.N_LF > 0)).sum() > 20
+    assert np.abs(moment - ROLL_INERTIA*d.roll_acc).max() < 1e-8*WEIGHT
 
 
 def test_the_flange_s_force_grows_from_zero(back: Callable):
