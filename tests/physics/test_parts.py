@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import ldbench
 from ldbench import Case, read_run, run
@@ -163,6 +164,10 @@ def test_the_return_follows_turns(back: Callable):
     assert below.success
     assert below.ending == "return to the centre, turned back below both flanges"
     assert below.results["peak_N_LF"] == below.results["peak_N_RF"] == 0
+    way = CubicHermiteSpline(*below.data[["time", "Y", "vY"]].drop_duplicates("time").to_numpy().T)
+    farthest = way(way.derivative().roots(extrapolate=False))
+    assert [below.results["farthest_left"], below.results["farthest_right"]] == pytest.approx(
+        [farthest.max(), farthest.min()], abs=1e-10)
     crossed = np.flatnonzero(np.diff(np.signbit(below.data.Y[1:])))
     assert len(crossed) == 2
     assert below.results["t_return"] == pytest.approx(below.data.time.iloc[crossed[1] + 1], abs=5e-4)
