@@ -178,7 +178,8 @@ def test_bodies_soften_the_first_impact(run: Run, shipped: dict[str, Shipped], t
         one = with_bodies("aw", tmp_path/kind, stop_at="t_end", t_end=0.03, judged="no", pressures="no")
         peaks.append(ldbench.run(one).results["first_peak_N_LF"])
     assert peaks == sorted(peaks) and peaks[-1] < half.results["first_peak_N_LF"]
-    assert 0.8 < peaks[0]/half.results["first_peak_N_LF"] < 0.9
+    # A finer mesh and a larger body change the peak by less than 5e-3; it was found once, with the shipped file.
+    assert peaks[0]/half.results["first_peak_N_LF"] == pytest.approx(0.8387, rel=5e-3)
     assert run.results["first_impulse_LF"] == pytest.approx(half.results["first_impulse_LF"], rel=0.04)
 
 

@@ -119,7 +119,7 @@ def test_rest_and_frequency_are_those_of_the_geometry_functions(right: str):
     turn = (rolls[2] - rolls[0])/(2*step)
     omega = np.sqrt(WEIGHT*bend/(MASS*(1 + slope**2) + ROLL_INERTIA*turn**2))
     assert abs(slope) < 1e-6 and (y == 0) == (right == "")
-    assert done.table.frequencies[0] == pytest.approx(omega/(2*np.pi), rel=1e-4)
+    assert done.table.frequencies[0] == pytest.approx(omega/(2*np.pi), rel=3e-5)
 
 
 CONES = Shape(np.arctan(1/40), np.inf, 0.3)

@@ -52,6 +52,19 @@ def test_strip_integral(ratio: float):
     assert half*np.sum(weight*modulus*depth**2/2) == pytest.approx(0.4*c_h*delta**2.5, rel=1e-13)
 
 
+def test_linear_systems():
+    """Solutions are numpy's, also where pivots are zero or small; a system whose rows depend on each other has none."""
+    random = np.random.default_rng(7)
+    systems = [random.normal(size=(3, 3)) for _ in range(20)]
+    systems += [random.permutation(np.eye(3)) + 1e-13*one for one in systems[:5]]
+    singular = [one - np.outer(one[:, 0], [0, 0, 1]) - np.outer(one[:, 2] - one[:, 1], [0, 0, 1]) for one in systems[:5]]
+    right = random.normal(size=3)
+    found = probe("linear_solution", stdin="".join(f"3\n{text(one)}{text(right)}" for one in (*systems, *singular)))
+    assert (found[:, 0] == [1]*len(systems) + [0]*len(singular)).all()
+    for one, x in zip(systems, found[:, 1:], strict=False):
+        assert x == pytest.approx(np.linalg.solve(one, right), rel=1e-9)
+
+
 def test_curve_through_points():
     """Position, tangent angle and curvature of SciPy's natural spline over the length of the chords, straight beyond its ends;
     where points repeat there is no curve."""

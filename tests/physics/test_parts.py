@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import ldbench
 from ldbench import Case, read_run, run
-from probes import MODERN, WEIGHT, probe, text
+from ldbench.constants import CONTACTS
+from probes import MODERN, ROLL_INERTIA, WEIGHT, probe, text
 from running import Run as Shipped, kept_tables
 
 USUAL = 0.4363                               # flange_angle [rad]
@@ -83,6 +85,16 @@ def test_the_border_moves_nothing(back: Callable):
             assert np.abs(sums[0] - sums[1]).max() <= 1e-8*WEIGHT
 
 
+def test_moments_of_the_parts_turn_the_wheelset(back: Callable):
+    """The forces of both parts, at their points in the columns, have the moment that the accelerations tell."""
+    done = back(0.3)
+    d = done.data
+    moment = sum(((d[f"y_{k}"] - d.Y)*d[f"Fz_{k}"] - (d[f"z_{k}"] - done.results["axle_height"] - d.Z)*d[f"Fy_{k}"]).fillna(0)
+                 for k in CONTACTS)
+    assert ((d.N_LT > 0) & (d.N_LF > 0)).sum() > 20
+    assert np.abs(moment - ROLL_INERTIA*d.roll_acc).max() < 1e-8*WEIGHT
+
+
 def test_the_flange_s_force_grows_from_zero(back: Callable):
     """At 0.3 m/s the contact moves onto the flange and back, without a jump of either force: over 10 us the shares of the
     wheel's force change by less than 1 %. What the elements beyond 25 degrees carry is 66 kN at most, not the wheel's 118 kN."""
@@ -152,6 +164,10 @@ def test_the_return_follows_turns(back: Callable):
     assert below.success
     assert below.ending == "return to the centre, turned back below both flanges"
     assert below.results["peak_N_LF"] == below.results["peak_N_RF"] == 0
+    way = CubicHermiteSpline(*below.data[["time", "Y", "vY"]].drop_duplicates("time").to_numpy().T)
+    farthest = way(way.derivative().roots(extrapolate=False))
+    assert [below.results["farthest_left"], below.results["farthest_right"]] == pytest.approx(
+        [farthest.max(), farthest.min()], abs=1e-10)
     crossed = np.flatnonzero(np.diff(np.signbit(below.data.Y[1:])))
     assert len(crossed) == 2
     assert below.results["t_return"] == pytest.approx(below.data.time.iloc[crossed[1] + 1], abs=5e-4)

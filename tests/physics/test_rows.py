@@ -94,6 +94,9 @@ def test_impacts_have_two_rows(formulation: str):
     after = np.flatnonzero(np.diff(c.time) == 0) + 1
     struck = [e for e in more.events if e.kind == "impact"]
     assert len(struck) == len(after) > 2
+    for i in CONTACTS:
+        jumps = c[f"P_{i}"].to_numpy()[after] - c[f"P_{i}"].to_numpy()[after - 1]
+        assert more.results[f"peak_P_{i}"] == pytest.approx(jumps.max(), rel=1e-12)
     # Rows at equal intervals have no pair.
     assert (np.diff(alone.data.time) > 0).all()
     for k in after:

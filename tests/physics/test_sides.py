@@ -234,10 +234,15 @@ def test_clearance_to_either_side_is_that_of_the_symmetric_wheelset(worn_pair: t
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_energy(formulation: str):
-    """Through impacts on both flanges: 1e-8 of the initial kinetic energy."""
+    """Through impacts on both flanges: 1e-8 of the initial kinetic energy. The extremes of the motion in the results are those of
+    the rows, or between two of them."""
     done = run(two_sided(formulation, stop_at="t_end", t_end=0.6), table=table_of(formulation))
     assert done.results["n_left_flange_contact"] and done.results["n_right_flange_contact"]
     assert done.results["drift"] < 1e-8*done.results["kinetic_energy"]
+    for column, names in ("Y", ("farthest_left", "farthest_right")), ("Z", ("farthest_up", "farthest_down")), (
+            "roll", ("largest_roll", "smallest_roll")):
+        for name, way in zip(names, (1, -1), strict=True):
+            assert abs(way*done.results[name] - (way*done.data[column]).max()) < 5e-6, name
 
 
 def test_conicity_about_the_centre_of_the_motion():

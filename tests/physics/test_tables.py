@@ -83,7 +83,7 @@ def test_merged_patches_have_the_force_of_the_whole_wheel():
 def test_every_mouth_tells_the_same_error(shipped: dict[str, Run], tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     """Summary, results of the column file, the run in Python and `python -m ldbench table`."""
     run = shipped["ex2_aw"]
-    case = Case.exercise(2, "aw").replace(table_folder=kept_tables())
+    case = Case.exercise(2, "aw").replace(table_folder=kept_tables(), pressures="no")
     told_by_file = read_data(run.file).header.table_errors
     assert set(told_by_file) == set(SERVICE) and ldbench.run(case).header.table_errors == told_by_file
     assert {place: (f"{rms:.2E}", f"{largest:.2E}") for place, (rms, largest) in told_by_file.items()} == stated(run.summary)
@@ -121,7 +121,7 @@ def test_more_accuracy_is_more_points_and_less_error():
 
 
 @pytest.mark.parametrize(("law", "pair", "curves"), [
-    ("halfspace", "aw", 8), ("strip", "aw", 24), ("hertz", "S1002 on 60E1", 24), *(
+    ("halfspace", "aw", 5), ("strip", "aw", 16), ("hertz", "S1002 on 60E1", 24), *(
         pytest.param(law, pair, 55, marks=pytest.mark.slow) for law, pair in (
             ("halfspace", "aw"), ("halfspace", "sw"), ("hertz", "measured")))])
 def test_force_grows_with_sinking(law: str, pair: str, curves: int, tmp_path: Path):
@@ -191,7 +191,8 @@ def test_any_number_of_threads_makes_the_same_bytes(tmp_path: Path):
         work = tmp_path / str(threads)
         work.mkdir()
         contact = {"model": "halfspace", "influence": "bodies", "bodies": REPO/"profiles/aw.bodies"}
-        (work / "case.nml").write_text(short_case(Path(), contact=contact, table={"folder": "tables"}, integrator={"t_end": 1e-3}))
+        (work / "case.nml").write_text(short_case(Path(), contact=contact, table={"folder": "tables"}, integrator={"t_end": 5e-4},
+                                                    output={"pressures": "no"}))
         for words in r" [1-9]\d* solutions, 0 found", r" 0 solutions, [1-9]\d* found":
             done = subprocess.run([LDBENCH, "case.nml"], cwd=work, capture_output=True, text=True, timeout=HANG,
                                   env=os.environ | {"OMP_NUM_THREADS": str(threads)})
