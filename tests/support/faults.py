@@ -14,7 +14,7 @@ PAIRS = ("left right, Left Right, LF RF, LT RT, L R, tread flange, y z, Y Z, vY 
 OTHER = {one: other for pair in PAIRS.split(", ") for one, other in (pair.split(), pair.split()[::-1])}
 TURNED = {one: other for pair in ("< >", "<= >=", "== !=", "== /=", "in not in", "is is not", "and or", "+ -", ".and. .or.")
           for one, other in (pair.split(" ", 1), pair.split(" ", 1)[::-1])} | {"==": "!="}
-SYMMETRIC = {"max", "min", "isclose", "isinstance", "getattr", "setattr", "hasattr", "range", "merge", "if", "while"}
+UNORDERED = {"max", "min", "isclose", "isinstance", "hasattr", "range", "in", "startswith", "endswith", "dict", "tuple", "list", "Callable"}
 IDLE = {"strict", "stacklevel", "frozen", "slots", "repr", "kw_only", "maxsize", "check"}      # arguments of calls that no result shows
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?:_\w+)?"
 TOKENS = {suffix: re.compile(rf"{strings}|{NUMBER}|\w+|\*\*=?|//=?|=>|->|::|[<>=/!:+\-*|&%]=|[^\s\w]|\n".encode()) for suffix, strings in {
@@ -24,6 +24,7 @@ TOKENS = {suffix: re.compile(rf"{strings}|{NUMBER}|\w+|\*\*=?|//=?|=>|->|::|[<>=
 CALLS = {"call", "return", "exit", "cycle", "write", "read", "allocate", "deallocate", "open", "close", "inquire"}
 OUTSIDE = {"def", "class", "import", "from", "@", "async", "global", "nonlocal", "assert", "else", "try", "finally", "except", "pass",
            "TYPE_CHECKING"}
+RESERVED = {*keyword.kwlist, *CALLS, "then", "do", "end"}
 EXECUTED = {"simple", "if", "elseif", "while", "do"}
 
 
@@ -57,11 +58,11 @@ class Statement(NamedTuple):
                 return n
         return k
 
-    def split(self, sign: str, first: int = 0) -> list[int]:
-        """The places of a sign that stands in no parentheses."""
+    def split(self, signs: str, first: int = 0) -> list[int]:
+        """The places of one of the signs that stand in no parentheses."""
         found, k = [], first
         while k < len(self.words):
-            if self.words[k] == sign:
+            if self.words[k] in signs.split():
                 found.append(k)
             k = self.close(k) + 1
         return found
@@ -154,18 +155,18 @@ def other_number(word: str) -> list[str]:
 def faults(source: bytes, one: Statement, suffix: str) -> Iterator[Change]:
     """The faults that the rules give a statement."""
     words, places, python = one.words, one.places, suffix == ".py"
-    colons, equals = one.split(":"), one.split("=")
+    colons, equals = one.split(":"), one.split("= += -= *= /= |= &=" if python else "=")
     noted = python and colons and words[0] not in keyword.kwlist and not (equals and equals[0] < colons[0])
     begin = words.index("::") + 1 if one.kind == "parameter" else (equals or [len(words)])[0] if noted else 0
     known = set(re.findall(r"\w+", source[max(one.start - 2000, 0):one.end + 2000].decode(errors="ignore")))
 
     def operand(k: int) -> bool:
-        return 0 <= k < len(words) and bool(re.search(r"[\w'\"\])}]$", words[k])) and not (python and words[k] in keyword.kwlist)
+        return 0 <= k < len(words) and bool(re.search(r"[\w'\"\])}]$", words[k])) and words[k] not in RESERVED
 
     def beside(k: int, way: int, chain: bool = False) -> int:
         """The last word of the operand beside word k: a name with its parts and arguments, a number, parentheses; or a product."""
         n = k + way
-        while True:
+        while 0 <= n < len(words):
             n = one.close(n, way) if words[n] in (")]}" if way < 0 else "([{") else n
             after = words[n + way] if 0 <= n + way < len(words) else ""
             if after == ("." if python else "%") or (chain and after in ("*", "/", "**")):
@@ -174,6 +175,7 @@ def faults(source: bytes, one: Statement, suffix: str) -> Iterator[Change]:
                 n += way
             else:
                 return n
+        return k
 
     def text(a: int, b: int) -> str:
         return source[places[a][0]:places[b][1]].decode()
@@ -203,19 +205,37 @@ def faults(source: bytes, one: Statement, suffix: str) -> Iterator[Change]:
             yield Change(start, stop, new, "side")
         if python and word in ("if", "elif", "while") and after != "not":
             yield Change(places[k + 1][0], places[k + 1][0], "not ", "condition")
-        if after == "(" and re.match("[a-zA-Z]", word) and word not in SYMMETRIC | {*keyword.kwlist}:
-            last = one.close(k + 1)
-            commas = [*(n for n in one.split(",", k + 2) if n < last), last]
-            ends = [(a + 1, b - 1) for a, b in pairwise([k + 1, *commas])][:2]
-            if len(ends) == 2 and all(re.match("[a-zA-Z]", words[a]) and beside(a - 1, 1) == b for a, b in ends) and text(*ends[0]) != text(*ends[1]):
-                yield Change(places[k + 2][0], places[ends[1][1]][1], f"{text(*ends[1])}, {text(*ends[0])}", "operands")
+        if word == "," and operand(k - 1) and (right := beside(k, 1, True)) > k:
+            left = beside(k, -1, True)
+            opener, closer = ([""]*2 + words)[left:left + 2], words[right + 1] if right + 1 < len(words) else ")"
+            one_side, two_side = text(left, k - 1), text(k + 1, right)
+            if opener[1] in ("", "(", "[", ",", "=", "for", "return") and opener[0] not in UNORDERED and (closer in (",", ")", "]", "in", "for") or
+                                                                right + 1 in equals[:1]) and one_side != two_side:
+                yield Change(places[left][0], places[right][1], f"{two_side}, {one_side}", "operands")
+        kind = rf"[{'.' if python else '%'}]" if before in (".", "%") else r"[\"'](?=\w+[\"'])" if re.fullmatch(r"(['\"])\w+\1", word) else r"(?<![\w.%'\"])"
+        read = equals[0] + 1 if equals else begin
+        if k >= read and operand(k) and re.match("[a-zA-Z'\"]", word) and after not in ("(", "=", ":="):
+            near = source[max(one.start - 500, 0):one.end + 500].decode(errors="ignore") if before in (".", "%") else text(read, len(words) - 1)
+            names = [name for name in re.findall(kind + r"([a-zA-Z]\w*)(?!\w*\s*[(=.%])", near) if name not in RESERVED]
+            bare = word.strip("'\"")
+            others = [name for name in names[names.index(bare):] + names if name != bare] if bare in names else []
+            yield from [Change(start, stop, word.replace(bare, others[0]), "name")] if others else []
+        if word[:2] in ("f'", 'f"'):
+            parts = [(start + len(word[:found.start(1)].encode()), found[1]) for found in re.finditer(r"(?<!\{)\{([^{}!:'\"]+)", word)]
+            for (at, part), (behind, other) in pairwise(parts):
+                if part != other:
+                    between = source[at + len(part.encode()):behind].decode()
+                    yield Change(at, behind + len(other.encode()), f"{other}{between}{part}", "operands")
+            for at, part in parts:
+                for found in re.finditer(rf"(?<!\w){NUMBER}", part):
+                    yield from (Change(at + len(part[:found.start()].encode()), at + len(part[:found.end()].encode()), new, "constant")
+                                for new in other_number(found[0]))
     whole = places[0][0], places[-1][1]
     if not python and (one.kind in ("if", "elseif", "while") or (one.kind == "simple" and words[0] == "if")):
         k = words.index("(")
         yield Change(places[k][1], places[one.close(k)][0], f".not. ({text(k + 1, one.close(k) - 1)})", "condition")
     if python and one.kind == "simple" and not noted and (words[0] in ("raise", "continue", "break") or (words[0] not in keyword.kwlist and (
-            any(word[-1] == "=" and word[0] in "+-*/|&" for word in words) or (words[equals[0] - 1] == "]" or "." in words[:equals[0]] if equals
-                                                                             else words[-1] == ")")))):
+            words[equals[0]] != "=" or words[equals[0] - 1] == "]" or "." in words[:equals[0]] if equals else words[-1] == ")"))):
         yield Change(*whole, "pass", "statement")
     if not python and one.kind == "simple" and (words[0] in ("if", "call", "cycle", "exit") or words.count(words[0]) > 1):
         yield Change(*whole, "continue", "statement")
