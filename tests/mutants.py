@@ -62,6 +62,7 @@ __attribute__((constructor)) static void begin(void) {
   if (opened >= 0) mmap(marks, sizeof marks, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, opened, 0);
 }
 """
+IN_TABLES = re.compile("fortran/(profile|contact|table|support/kinds|support/root|program/run_[st])")      # what decides a contact table
 T = TypeVar("T")
 
 
@@ -128,7 +129,7 @@ def located(file: str, change: Change) -> Fault | None:
     if (mark := lead[n]) is not None:
         return Fault(file, change, frozenset({first + mark}))
     if found[n].kind == "parameter":
-        name = constant(found[n], read(file), change)[0]  # type: ignore[index]
+        name = constant(found[n], read(file), change)[0]
     else:
         name = next((one.words[0] for one in reversed(found[:n + 1]) if one.words[1:2] in (["="], [":"])), "")
     return Fault(file, change, users(name, suffix))
@@ -265,16 +266,15 @@ class Worker:
         """The status of pytest, and which tests failed."""
         words = ["-q", "--tb=short", "-n0", "-p", "no:randomly", f"--basetemp={self.folder}/t", *["-x"]*("limits" in more), *files]
         environment = {"PYTHONPYCACHEPREFIX": f"{self.folder}/build/bytecode"} | environment
-        self.server.stdin.write(json.dumps({"words": words, "limit": limit, "environment": environment,  # type: ignore[union-attr]
+        self.server.stdin.write(json.dumps({"words": words, "limit": limit, "environment": environment,
                                             "world": str(self.world), "log": f"{self.folder}/log", **more}) + "\n")
-        self.server.stdin.flush()  # type: ignore[union-attr]
-        answer = json.loads(self.server.stdout.readline())  # type: ignore[union-attr]
+        self.server.stdin.flush()
+        answer = json.loads(self.server.stdout.readline())
         shutil.rmtree(self.folder/"t", ignore_errors=True)
         return answer
 
     def record(self, file: str, into: Path) -> None:
-        """Writes what the tests of a file reach; none finds a contact table that another file has left."""
-        shutil.rmtree(self.tables, ignore_errors=True)
+        """Writes what the tests of a file reach."""
         (self.folder/"marks").write_bytes(bytes(1 << 16))
         firsts = {name.removeprefix("wrappers/"): first for name, first in sources().items() if name.endswith(".py")}
         (self.folder/"marks.json").write_text(json.dumps(firsts), encoding="utf-8")
@@ -320,7 +320,7 @@ def spread(work: Callable[[Worker, Any], T], jobs: list[Any], workers: list[Work
 
 def state_of(tests: Path) -> str:
     """The hash of what decides what tests reach, but for their own files."""
-    state = hashlib.sha256(b"".join(read(name) for name in sources()))
+    state = hashlib.sha256(b"".join([*(read(name) for name in sources()), *(path.read_bytes() for path in sorted(HOOK.glob("*.py")))]))
     for path in sorted(path for path in tests.rglob("*.py") if not path.name.startswith("test_")):
         state.update(path.read_bytes())
     return state.hexdigest()
@@ -336,9 +336,14 @@ def recorded(files: list[str], workers: list[Worker], tests: Path, state: str) -
         for name, (cost, reached) in several.items():
             spent, before = shared.get(name, (0.0, set()))
             shared[name] = max(cost, spent), before.union(reached)
+    tables = {first + k for file, first in sources().items() if IN_TABLES.search(file) for k in range(len(parsed(file)[0]))}
+    first = sources()["fortran/table/table_file.f90"]
+    reading = set(range(first, first + len(parsed("fortran/table/table_file.f90")[0])))
+    making = tables.intersection(mark for known, _, _, _ in made for _, _, reached, _ in known.values() for mark in reached)
     for known, _, failed, loaded in made:
         own = {name: frozenset(reached).union(*(shared[one][1] for one in uses if one in shared)) for name, (_, _, reached, uses) in known.items()}
         nearby = frozenset(loaded).union(*own.values())
+        nearby |= making if nearby & reading else set()         # tables that an earlier file has made
         found += [Known(name, seconds, elapsed, own[name], nearby, frozenset(uses))
                   for name, (seconds, elapsed, _, uses) in known.items() if name not in failed]
     print(f"{len(found)} tests, {sum(one.seconds for one in found) + sum(cost for cost, _ in shared.values()):.0f} s of processor time", flush=True)
@@ -398,8 +403,8 @@ class Campaign:
         anew = [name for name, (_, reached) in self.shared.items() if "::" not in name and reached & fault.marks]
         shutil.rmtree(worker.world/"anew", ignore_errors=True)
         shutil.rmtree(worker.tables, ignore_errors=True)
-        if not re.search("support/(kinds|root)|profile/|contact/|table|run_setup", fault.file) and (worker.world/"tables").is_dir():
-            shutil.copytree(worker.world/"tables", worker.tables)       # no fault of other files is in a table
+        if not IN_TABLES.search(fault.file) and (worker.world/"tables").is_dir():
+            shutil.copytree(worker.world/"tables", worker.tables)
         if not fault.file.endswith(".f90"):
             file.write_bytes(fault.change.of(read(fault.file)))
             os.utime(file, (1e9 + k, 1e9 + k))      # byte code of another fault is not taken for that of this one

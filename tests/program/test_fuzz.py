@@ -117,8 +117,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
         ours.append(Path(run.write(folder/name)).read_bytes())
     table, = folder.glob("*.table")
     yield SimpleNamespace(folder=folder, plain=plain, columns=columns, load=load, ours=ours, table=table.read_bytes())
-    reader.stdin.close()
-    reader.wait(HANG)
+    reader.communicate(timeout=HANG)
 
 
 @contextmanager

@@ -293,7 +293,7 @@ def lines_of_study(world: World, title: str, text: str) -> list[Line]:
                              rms_of(fine, one, rms[1], bool(rms[2])), 0.01)
             if what.startswith("N_LF"):
                 a, b = (raw.impact("LF")["peak"] if "first" in what else raw.peak("LF")[0] for raw in (fine, one))
-                return Known(b/a - 1, 1e-6)
+                return Known(b/a - 1, 1e-6, 4e-9)       # files have nine digits of each
             found = [event_of(raw, what.partition(" [")[0]) for raw in (fine, one)]
             return Known(None if None in found else found[1] - found[0], 1e-6, 1e-9)
         return places(text, {r"(law|step)\.(.*)": of})

@@ -35,8 +35,8 @@ class Marks:
                 body.insert(int(text), ast.copy_location(call, body[0]))
             return compile(ast.fix_missing_locations(tree), path, "exec", dont_inherit=True)
 
-        builtins.__mark__ = self.bytes.__setitem__  # type: ignore[attr-defined]
-        SourceFileLoader.source_to_code = marked  # type: ignore[method-assign]
+        builtins.__mark__ = self.bytes.__setitem__
+        SourceFileLoader.source_to_code = marked
 
     def take(self) -> set[int]:
         """The marks since the last call."""

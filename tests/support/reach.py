@@ -30,7 +30,7 @@ class World:
         self.folder, self.anew, self.recorder = Path(folder), anew, recorder
         sys.path.insert(0, "tests/support")
         with suppress(ImportError):
-            importlib.import_module("golden").kept = self.kept  # type: ignore[attr-defined]
+            importlib.import_module("golden").kept = self.kept
 
     def kept(self, part: str, key: str, make: Callable[[Path], object], *recipe: str) -> Path:
         folder = self.folder/"plain"/part
