@@ -1,9 +1,10 @@
 """Whether the tests notice faults: `make mutants N=300 SEED=0 FAULTS="fortran/profile ldbench/bodies"`.
 
 usage: python tests/mutants.py [-n N] [--seed SEED] [--tests FOLDER] [--part FILE ...] [--limit SECONDS] [WORD ...]
-N faults are drawn by the rules of support/faults.py, of every folder of fortran/ and wrappers/ by the root of its size; words choose
-folders. With N = 0 the faults of mutants.txt are taken whose file or text has one of the words: `file | tests`, then for each fault
-the old text after `- ` and the new one after `+ `; `...` is test_walk.py. Faults of mutants_equivalent.txt, which nobody can see, are not drawn.
+N faults are drawn by the rules of support/faults.py, of every folder of fortran/ and wrappers/ by the root of its size; words
+choose folders. With N = 0 the faults of mutants.txt are taken whose file or text has one of the words: `file | tests`, then for
+each fault the old text after `- ` and the new one after `+ `; `...` is test_walk.py. Faults of mutants_equivalent.txt, which
+nobody can see, are not drawn.
 What each test reaches is recorded once, by one run of the tests or of a part of them, and kept in build/mutants. For a fault those
 tests run that reach it, the cheapest first, until one fails or their processor time comes to the limit. Faults of Fortran are
 compiled all at once; LDBENCH_FAULT is the number of the one that a program has.
@@ -62,7 +63,8 @@ __attribute__((constructor)) static void begin(void) {
   if (opened >= 0) mmap(marks, sizeof marks, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, opened, 0);
 }
 """
-IN_TABLES = re.compile("fortran/(profile|contact|table|support/kinds|support/root|program/run_[st])")      # what decides a contact table
+# What decides a contact table.
+IN_TABLES = re.compile("fortran/(profile|contact|table|support/kinds|support/root|program/run_[st])")
 T = TypeVar("T")
 
 
@@ -154,7 +156,8 @@ def folder_of(file: str) -> str:
 
 def sampled(number: int, seed: str, words: list[str]) -> list[Fault]:
     """Faults of every folder by the root of its size: a line is drawn, then a rule, then a change."""
-    equivalent = {re.sub(r":\d+:", ":", line) for line in (REPO/"tests/mutants_equivalent.txt").read_text(encoding="utf-8").splitlines()}
+    listed = (REPO/"tests/mutants_equivalent.txt").read_text(encoding="utf-8").splitlines()
+    equivalent = {re.sub(r":\d+:", ":", line) for line in listed}
     shares: dict[str, dict[tuple[str, int], dict[str, list[Change]]]] = {}
     for file in sources():
         for one in parsed(file)[0]:
@@ -165,7 +168,8 @@ def sampled(number: int, seed: str, words: list[str]) -> list[Fault]:
     found = []
     for folder, share in shares.items():
         draw, drawn = random.Random(f"{seed} {folder}"), dict[Change, Fault]()
-        wanted = round(number*len(share)**0.5/whole)*(not words or folder.split("/")[0] in words or any(folder.endswith(word) for word in words))
+        chosen = not words or folder.split("/")[0] in words or any(folder.endswith(word) for word in words)
+        wanted = round(number*len(share)**0.5/whole)*chosen
         for _ in range(20*wanted):
             place = draw.choice(sorted(share))
             change = draw.choice(share[place][draw.choice(sorted(share[place]))])
@@ -239,7 +243,8 @@ def build(changes: dict[int, Fault]) -> None:
     run(["gcc", "-O2", "-fPIC", "-c", "marks.c"], cwd=CORE)
     programs = [f"build/release/tests/{path.stem}" for path in (CORE/"tests/fortran").glob("*.f90") if path.stem != "shared"]
     run(["make", f"-j{os.cpu_count()}", "ldbench", "build/wrapper/installed", "build/release/lib/libldbench.so",
-         "wrappers/ldbench/_core/fmu/linux64/wheelset.so", *programs, "FC=gfortran -ffree-line-length-none", "WARN=", "OWN=marks.o"],
+         "wrappers/ldbench/_core/fmu/linux64/wheelset.so", *programs, "FC=gfortran -ffree-line-length-none", "WARN=",
+         "OWN=marks.o"],
         cwd=CORE, env={"HOME": os.environ["HOME"], "PATH": f"{REPO}/.venv/bin:{os.environ['PATH']}"})
 
 
@@ -259,7 +264,8 @@ class Worker:
         shutil.copytree(tests, self.folder/"tests", ignore=shutil.ignore_patterns("__pycache__"))
         environment = {name: os.environ[name] for name in ("HOME", "PATH")} | {
             "OMP_NUM_THREADS": "1", "LDBENCH": f"{self.folder}/ldbench", "LDBENCH_TESTS": f"{self.folder}/build/release/tests"}
-        self.server = subprocess.Popen([self.folder/".venv/bin/python", HOOK/"reach.py"], cwd=self.folder, env=environment, text=True,
+        words = [self.folder/".venv/bin/python", HOOK/"reach.py"]
+        self.server = subprocess.Popen(words, cwd=self.folder, env=environment, text=True,
                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
     def ask(self, files: list[str], limit: float, environment: dict[str, str], **more: Any) -> tuple[int, list[str]]:
@@ -291,7 +297,7 @@ class Worker:
 
 
 class Known(NamedTuple):
-    """A test: processor time and time that passes, what it reaches itself, what tests of its file reach, what it shares with others."""
+    """A test: processor time and time that passes, what it reaches itself, what tests of its file reach, what it shares."""
 
     name: str
     seconds: float
@@ -320,16 +326,20 @@ def spread(work: Callable[[Worker, Any], T], jobs: list[Any], workers: list[Work
 
 def state_of(tests: Path) -> str:
     """The hash of what decides what tests reach, but for their own files."""
-    state = hashlib.sha256(b"".join([*(read(name) for name in sources()), *(path.read_bytes() for path in sorted(HOOK.glob("*.py")))]))
+    hooks = (path.read_bytes() for path in sorted(HOOK.glob("*.py")))
+    state = hashlib.sha256(b"".join([*(read(name) for name in sources()), *hooks]))
     for path in sorted(path for path in tests.rglob("*.py") if not path.name.startswith("test_")):
         state.update(path.read_bytes())
     return state.hexdigest()
 
 
-def recorded(files: list[str], workers: list[Worker], tests: Path, state: str) -> tuple[list[Known], dict[str, tuple[float, set[int]]]]:
+def recorded(files: list[str], workers: list[Worker], tests: Path,
+             state: str) -> tuple[list[Known], dict[str, tuple[float, set[int]]]]:
     """The tests of files that pass, and what is shared by several, what it costs and reaches."""
-    kept = {file: FOLDER/"reach"/hashlib.sha256(state.encode() + file.encode() + (tests.parent/file).read_bytes()).hexdigest() for file in files}
-    spread(lambda worker, file: worker.record(file, kept[file]), [file for file, path in kept.items() if not path.is_file()], workers)
+    kept = {file: FOLDER/"reach"/hashlib.sha256(state.encode() + file.encode() + (tests.parent/file).read_bytes()).hexdigest()
+            for file in files}
+    missing = [file for file, path in kept.items() if not path.is_file()]
+    spread(lambda worker, file: worker.record(file, kept[file]), missing, workers)
     made = [pickle.loads(path.read_bytes()) for path in kept.values() if path.is_file()]
     shared, found = dict[str, tuple[float, set[int]]](), list[Known]()
     for _, several, _, _ in made:
@@ -341,12 +351,14 @@ def recorded(files: list[str], workers: list[Worker], tests: Path, state: str) -
     reading = set(range(first, first + len(parsed("fortran/table/table_file.f90")[0])))
     making = tables.intersection(mark for known, _, _, _ in made for _, _, reached, _ in known.values() for mark in reached)
     for known, _, failed, loaded in made:
-        own = {name: frozenset(reached).union(*(shared[one][1] for one in uses if one in shared)) for name, (_, _, reached, uses) in known.items()}
+        own = {name: frozenset(reached).union(*(shared[one][1] for one in uses if one in shared))
+               for name, (_, _, reached, uses) in known.items()}
         nearby = frozenset(loaded).union(*own.values())
         nearby |= making if nearby & reading else set()         # tables that an earlier file has made
         found += [Known(name, seconds, elapsed, own[name], nearby, frozenset(uses))
                   for name, (seconds, elapsed, _, uses) in known.items() if name not in failed]
-    print(f"{len(found)} tests, {sum(one.seconds for one in found) + sum(cost for cost, _ in shared.values()):.0f} s of processor time", flush=True)
+    spent = sum(one.seconds for one in found) + sum(cost for cost, _ in shared.values())
+    print(f"{len(found)} tests, {spent:.0f} s of processor time", flush=True)
     return found, shared
 
 
@@ -372,8 +384,8 @@ class Campaign:
             "::" in name or reached & fault.marks))
 
     def chunks(self, fault: Fault) -> Iterator[list[Known]]:
-        """Tests that reach a fault, each time for three times as long: first those that are named, reach it themselves, cost little,
-        reach little else, and noticed other faults of the file."""
+        """Tests that reach a fault, each time for three times as long: first those that are named, reach it themselves, cost
+        little, reach little else, and noticed other faults of the file."""
         def rank(one: Known) -> tuple[bool, bool, float]:
             return (not one.name.startswith(fault.tests or ("?",)), not one.marks & fault.marks,
                     (self.cost(one, fault) + 0.2)*len(one.marks)/(1 + self.noticed.get((fault.file, one.name), 0)))
@@ -395,7 +407,8 @@ class Campaign:
 
     def limits(self, tests: list[Known]) -> dict[str, float]:
         """A test that takes much longer than ever hangs."""
-        return {one.name: 60 + 20*(one.elapsed + sum(cost for name, (cost, _) in self.shared.items() if name in one.shared)) for one in tests}
+        return {one.name: 60 + 20*(one.elapsed + sum(cost for name, (cost, _) in self.shared.items() if name in one.shared))
+                for one in tests}
 
     def judge(self, worker: Worker, numbered: tuple[int, Fault]) -> Verdict:
         k, fault = numbered
@@ -410,7 +423,8 @@ class Campaign:
             os.utime(file, (1e9 + k, 1e9 + k))      # byte code of another fault is not taken for that of this one
         for chunk in self.chunks(fault):
             tried += len(chunk)
-            status, failed = worker.ask(list(dict.fromkeys(one.name.partition("::")[0] for one in chunk)), 900.0, {"LDBENCH_FAULT": str(k)},
+            files = list(dict.fromkeys(one.name.partition("::")[0] for one in chunk))
+            status, failed = worker.ask(files, 900.0, {"LDBENCH_FAULT": str(k)},
                                         limits=self.limits(chunk), anew=anew)
             if status not in (0, 5):
                 failed = failed or [f"{chunk[0].name} is not collected"]
@@ -420,7 +434,8 @@ class Campaign:
         for name in failed:
             self.noticed[fault.file, name] = self.noticed.get((fault.file, name), 0) + 1
         found = Verdict(fault, " ".join(failed), tried, len(self.reaching(fault)))
-        print(f"{k:3} {fault}\n    {found.by or 'SURVIVED'} ({tried} of {found.reaching} tests, {time.monotonic() - begun:.0f} s)", flush=True)
+        took = f"{tried} of {found.reaching} tests, {time.monotonic() - begun:.0f} s"
+        print(f"{k:3} {fault}\n    {found.by or 'SURVIVED'} ({took})", flush=True)
         return found
 
     def unreliable(self, worker: Worker, verdicts: list[Verdict]) -> set[str]:

@@ -58,7 +58,8 @@ COMMANDS = {"meson", "ninja", "pytest-randomly", "pytest-xdist", "ruff", "mypy",
 
 def package_name(text: str) -> str:
     """The package of a requirement or of a module."""
-    return {"PIL": "pillow", "skfem": "scikit-fem", "mesonpy": "meson-python"}.get(text, re.match(r"[\w.-]+", text)[0].lower().replace("_", "-"))
+    usual = re.match(r"[\w.-]+", text)[0].lower().replace("_", "-")
+    return {"PIL": "pillow", "skfem": "scikit-fem", "mesonpy": "meson-python"}.get(text, usual)
 
 
 def packages_of(*folders: str) -> set[str]:

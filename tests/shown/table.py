@@ -250,7 +250,7 @@ def text_of_summary(raw: Raw) -> list[Line]:
             Line(r"^back at the centre after turning back on both sides: (\S+) s$", "return [s]", all_of("t_return"))]
 
 
-# Of the contact table and of the processor, not of the run.
+# They belong to the contact table and to the processor, not to the run.
 SUMMARY_LABELS = [r"CRC-32 [0-9A-F]{8}", r"first 5 events", r"^processor time .*$",
                   r"^(?:left |right )?contact table: model .* points$", r"^contact table: \d+ solutions, \d+ found$"]
 EVENTS = (*(f"{side} {kind}" for kind in ("wheel lift-off", "wheel landing", "flange contact", "flange over rail")

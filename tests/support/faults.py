@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 # A word stands for the other one of its pair: sides, parts of wheels and rails, axes, extremes.
 PAIRS = ("left right, Left Right, LF RF, LT RT, L R, tread flange, y z, Y Z, vY vZ, Fy Fz, wheel rail, first last, min max, "
-         "minval maxval, minloc maxloc, argmin argmax, minimum maximum, any all, sin cos, floor ceiling, True False, .true. .false.")
+         "minval maxval, minloc maxloc, argmin argmax, minimum maximum, any all, sin cos, floor ceiling, True False, "
+         ".true. .false.")
 OTHER = {one: other for pair in PAIRS.split(", ") for one, other in (pair.split(), pair.split()[::-1])}
 TURNED = {one: other for pair in ("< >", "<= >=", "== !=", "== /=", "in not in", "is is not", "and or", "+ -", ".and. .or.")
           for one, other in (pair.split(" ", 1), pair.split(" ", 1)[::-1])} | {"==": "!="}
@@ -18,9 +19,11 @@ TURNED = {one: other for pair in ("< >", "<= >=", "== !=", "== /=", "in not in",
 UNORDERED = set("max min isclose isinstance hasattr range in startswith endswith dict tuple list Callable".split())
 IDLE = set("strict stacklevel frozen slots repr kw_only maxsize check".split())
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?:_\w+)?"
-TOKENS = {suffix: re.compile(rf"{strings}|{NUMBER}|\w+|\*\*=?|//=?|=>|->|::|[<>=/!:+\-*|&%]=|[^\s\w]|\n".encode()) for suffix, strings in {
+SIGNS = r"\*\*=?|//=?|=>|->|::|[<>=/!:+\-*|&%]=|[^\s\w]|\n"
+TOKENS = {suffix: re.compile(rf"{strings}|{NUMBER}|\w+|{SIGNS}".encode()) for suffix, strings in {
     ".f90": r"""'(?:[^']|'')*'|"[^"]*"|![^\n]*|& *(?:![^\n]*)?\n *&?|\.[a-z]+\.""",
-    ".py": r"""[rbf]{0,2}(?:"{3}(?:[^\\]|\\[\s\S])*?"{3}|"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')|\#[^\n]*|\\\n|not\s+in\b|is\s+not\b""",
+    ".py": r"""[rbf]{0,2}(?:"{3}(?:[^\\]|\\[\s\S])*?"{3}|"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*')"""
+           r"""|\#[^\n]*|\\\n|not\s+in\b|is\s+not\b""",
 }.items()}
 CALLS = set("call return exit cycle write read allocate deallocate open close inquire".split())
 RESERVED = {*keyword.kwlist, *CALLS, "then", "do", "end"}
@@ -128,7 +131,8 @@ def marks(source: bytes, suffix: str, found: list[Statement]) -> list[int | None
                   for k, body in enumerate(blocks(ast.parse(source)))]
         lines = [source[:one.places[0][0]].count(b"\n") + 1 for one in found]
         return [min((one for one in ranges if one[1] <= line <= one[2]), default=(0, 0, 0, None))[3] for line in lines]
-    inside, loops = dict[int, int](), list[int]()       # loops without branches are as fast as ever: what is inside is reached with them
+    # Loops without branches are as fast as ever: what is inside is reached with them.
+    inside, loops = dict[int, int](), list[int]()
     for n, one in enumerate(found):
         if one.words[:2] == ["end", "do"]:
             first = loops.pop()
@@ -150,7 +154,7 @@ def marks(source: bytes, suffix: str, found: list[Statement]) -> list[int | None
 
 
 def other_word(word: str) -> str:
-    """The word with its first part that has a counterpart exchanged, `load_left` for `load_right`; nothing where no part has one."""
+    """The word with its first part that has a counterpart exchanged, `load_left` for `load_right`; nothing without one."""
     parts = [word] if word in OTHER else re.split(r"(_|\W+)", word)
     known = [k for k, part in enumerate(parts) if part in OTHER]
     return "".join(OTHER[part] if k == known[0] else part for k, part in enumerate(parts)) if known else ""
@@ -226,12 +230,14 @@ def faults(source: bytes, one: Statement, suffix: str) -> Iterator[Change]:
             opener, closer = (["", "", *words])[left:left + 2], (words + [")"])[right + 1]
             ends_there = closer in (",", ")", "]", "in", "for") or right + 1 in equals[:1]
             one_side, two_side = text(left, k - 1), text(k + 1, right)
-            if opener[1] in ("", "(", "[", ",", "=", "for", "return") and opener[0] not in UNORDERED and ends_there and one_side != two_side:
+            if (opener[1] in ("", "(", "[", ",", "=", "for", "return") and opener[0] not in UNORDERED and ends_there
+                    and one_side != two_side):
                 yield Change(places[left][0], places[right][1], f"{two_side}, {one_side}", "operands")
         if k >= value and operand(k) and re.match("[a-zA-Z'\"]", word) and after not in ("(", "=", ":="):
             part_of, quoted = before == dot, re.fullmatch(r"(['\"])\w+\1", word)
             head = rf"[{dot}]" if part_of else r"[\"'](?=\w+[\"'])" if quoted else r"(?<![\w.%'\"])"
-            names = [name for name in re.findall(head + r"([a-zA-Z]\w*)(?!\w*\s*[(=.%])", nearby if part_of else text(value, len(words) - 1))
+            where = nearby if part_of else text(value, len(words) - 1)
+            names = [name for name in re.findall(head + r"([a-zA-Z]\w*)(?!\w*\s*[(=.%])", where)
                      if name not in RESERVED]
             bare = word.strip("'\"")
             others = [name for name in names[names.index(bare):] + names if name != bare] if bare in names else []
@@ -295,7 +301,7 @@ def constant(one: Statement, source: bytes, change: Change) -> tuple[str, str] |
 
 
 def switched(source: bytes, changes: dict[int, Change], first_mark: int | None = None) -> bytes:
-    """A Fortran source that has change k where the variable fault_number is k; with a first mark it notes the statements reached."""
+    """A Fortran source that has change k where the variable fault_number is k; with a first mark it notes what is reached."""
     found, out, constants = statements(source, ".f90"), [], dict[str, str]()
     lead, end = marks(source, ".f90", found), 0
     for one in found:
@@ -308,9 +314,11 @@ def switched(source: bytes, changes: dict[int, Change], first_mark: int | None =
 
         def piece(start: int, end: int, change: Change | None = None) -> str:
             text = source[start:end]
-            return replaced((Change(change.start - start, change.end - start, change.new, "").of(text) if change else text).decode(), constants)
+            changed = Change(change.start - start, change.end - start, change.new, "").of(text) if change else text
+            return replaced(changed.decode(), constants)
 
-        out += [source[end:one.start].decode(), f"call fault_mark({first_mark + n})\n" if first_mark is not None and lead[n] == n else ""]
+        mark = f"call fault_mark({first_mark + n})\n" if first_mark is not None and lead[n] == n else ""
+        out += [source[end:one.start].decode(), mark]
         end = one.end
         if one.kind not in EXECUTED:
             out.append(source[one.start:end].decode())

@@ -1,4 +1,4 @@
-"""Marks of what runs: bytes of a file that all processes of a test see. The core sets them by itself, Python where this is imported."""
+"""Marks of what runs: bytes of a file that all processes of a test see. The core sets them, and Python where this is imported."""
 from __future__ import annotations
 
 import ast

@@ -19,7 +19,8 @@ import pytest
 
 import marks
 
-IMPORTED = ("numpy pandas scipy.optimize scipy.interpolate scipy.linalg scipy.signal scipy.sparse matplotlib.figure xarray dask distributed "
+IMPORTED = ("numpy pandas scipy.optimize scipy.interpolate scipy.linalg scipy.signal scipy.sparse matplotlib.figure xarray dask "
+            "distributed "
             "matplotlib.backends.backend_pdf matplotlib.backends.backend_svg pypdf PIL.Image")     # by the tests, and takes long
 
 
@@ -93,7 +94,8 @@ class Recorder:
         self.inside, begun, now = 0.0, seconds(), time.monotonic()
         self.parts.clear()
         result = yield
-        shared = [*self.parts, *(name_of(found[-1]) for found in item._fixtureinfo.name2fixturedefs.values() if found[-1].scope != "function")]
+        fixtures = (found[-1] for found in item._fixtureinfo.name2fixturedefs.values())
+        shared = [*self.parts, *(name_of(found) for found in fixtures if found.scope != "function")]
         self.tests[item.nodeid] = (seconds() - begun - self.inside, time.monotonic() - now,
                                    array("H", sorted(self.marks.take())), shared)
         return result
