@@ -270,7 +270,7 @@ def shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_closed_and_full_streams(case, undrawn, monkeypatch):
-    """Of the executable; of the commands of Python, tests/program/test_commands.py tries each with a full standard output."""
+    """The executable is tried here; tests/program/test_commands.py tries the commands of Python."""
     assert run(case).returncode == 0
     whole = bytes_of(case)
     one_line(shell("$LDBENCH <&-", case), "standard input")

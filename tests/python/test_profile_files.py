@@ -194,7 +194,7 @@ def test_sides_and_sections_are_asked_by_number(tmp_path: Path):
 
 # ---- places --------------------------------------------------------------------------
 def test_what_is_said_of_unit_and_axes_must_fit(tmp_path: Path):
-    """Who says that a wheel 13.5 mm wide is in mm has a model."""
+    """A wheel 13.5 mm wide is a model where its file says mm."""
     for kind, points in BOTH.items():
         _, found = placed(tmp_path, "file.txt", rows(points/10, digits=9), unit="mm")
         assert found.scale == 10 and found.notes == ["scale 1:10, by the size"]
